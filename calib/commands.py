@@ -172,6 +172,10 @@ def new(  # noqa: PLR0913
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     rename: Rename = "",
     seed: Annotated[int | None, typer.Option(min=0, help="seed of a synthetic session; default: 0")] = None,
+    like: Annotated[
+        Path | None,
+        typer.Option(help="session of the same robot and camera: take robot, lens, commands and roles from it"),
+    ] = None,
 ) -> None:
     """Make a session folder from your videos or tracks, and list what you still have to fill in."""
     from swimcal.session import SESSION_FILE
@@ -188,6 +192,7 @@ def new(  # noqa: PLR0913
         fit=tuple(name.strip() for name in fit.split(",") if name.strip()),
         rename=renaming(rename),
         seed=seed,
+        like=like,
     )
     for line in (session / SESSION_FILE).read_text(encoding="utf-8").splitlines():
         if line.startswith("# TODO"):
@@ -282,33 +287,45 @@ def posterior(
     print_result(found, as_json, verbose)
 
 
-def diagnose(
+def diagnose(  # noqa: PLR0913
     session: SessionFolder,
     effort: Effort = None,
     workers: Workers = 0,
     exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
     test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="session of the same robot, camera and water before something changed: what changed?"),
+    ] = None,
     scheduler: Scheduler = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Locate the sim-to-real gap, rank its likely causes, and measure how far it shrinks with them.
 
-    Writes results/diagnosis.json and, where an effect is named, the model with it. With --test it writes
-    results/supposed.json alone.
+    Writes results/diagnosis.json and, where an effect is named, the model with it. With --reference the effects are
+    what changed since that session. With --test it writes results/supposed.json alone.
     """
     excluded, tested = _parse_effects("--exclude", exclude), _parse_effects("--test", test)
     if tested and excluded:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --exclude out", param_hint="--test")
+    if tested and reference is not None:
+        raise typer.BadParameter("tests effects within one session; leave --reference out", param_hint="--test")
     if tested:
         alone = calib.effect_test(session, tested, effort, workers=workers, progress=not as_json)
         print_result(alone, as_json, verbose)
         return
-    plain = not excluded and scheduler is None and not as_json
+    plain = not excluded and reference is None and scheduler is None and not as_json
     if plain and print_again("diagnose", session, effort, verbose):
         return
     found = calib.diagnose(
-        session, effort, exclude=excluded, workers=workers, progress=not as_json, scheduler=scheduler
+        session,
+        effort,
+        exclude=excluded,
+        reference=reference,
+        workers=workers,
+        progress=not as_json,
+        scheduler=scheduler,
     )
     print_result(found, as_json, verbose)
 

@@ -115,9 +115,9 @@ AnySession = Session | str | Path
 FISHSIM = "--from-fishsim DIR"
 SYNTHETIC = "--synthetic"
 _OPTIONS_OF_NEW = {
-    "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit", "--rename"),
+    "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit", "--rename", "--like"),
     FISHSIM: ("--fit",),
-    SYNTHETIC: ("--robot", "--seed"),
+    SYNTHETIC: ("--robot", "--seed", "--like"),
 }
 """The sources of the trials of a new session, and the options that each may have."""
 
@@ -228,6 +228,7 @@ def diagnose(
     *,
     exclude: Iterable[str] = (),
     effects: Iterable[str | Effect] | None = None,
+    reference: AnySession | None = None,
     workers: int = 0,
     progress: bool = True,
     scheduler: str | None = None,
@@ -242,9 +243,11 @@ def diagnose(
         scheduler: address of a dask scheduler, one of whose workers computes; it needs to see the same folder.
         exclude: names of effects that the catalogue is to lack.
         effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
+        reference: a session of the same robot, camera and water, filmed before something changed: the effects are then
+            those of the change. It is fitted first where it has no fit.
 
     Raises:
-        InputError: no effect of this name; or as `fit`.
+        InputError: no effect of this name; a reference of another robot or camera; or as `fit`.
         NotEnoughData: no swim trial has the role "fit".
         SimulationDiverged: the plain twin, from every start.
 
@@ -259,9 +262,11 @@ def diagnose(
     check_names("effects", sorted(named), dict(catalogue()) | {effect.name: effect for effect in own})
     without = frozenset(exclude) | (frozenset(catalogue()) - named)
     further = tuple(each for each in own if each.name not in catalogue())
-    _compute_elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
+    healthy = None if reference is None else _folder(reference)
+    work = partial(Pipeline.diagnosis, without=without, own=further, reference=healthy)
+    _compute_elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
-        stage = pipeline.diagnosis(without, own=further)
+        stage = pipeline.diagnosis(without, own=further, reference=healthy)
         keep_output(pipeline)
         return gap_result(pipeline, stage)
 
@@ -655,6 +660,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     fit: Sequence[str] = (),
     rename: Mapping[str, str] = NO_NAMES,
     seed: int | None = None,
+    like: AnySession | None = None,
     progress: bool = True,
 ) -> Path:
     """Make a session folder of one's own videos or tracks, of the public tracks, or one simulated with the twin.
@@ -677,6 +683,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
         rename: names of the tracks' files, and which markers they are: `{"snout": "nose"}`.
         seed: seed of a synthetic session's noise, phases and headings; default: 0.
+        like: a session of the same robot and camera, as a reference for `diagnose`: robot, frame rate, lens and names
+            of markers are taken from it, and commands and roles of trials of the same name.
         progress: show the progress on standard error.
 
     Returns:
@@ -701,8 +709,9 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     _check_options(
         {"--videos or --tracks": len(films) + len(own) > 0, FISHSIM: from_fishsim is not None, SYNTHETIC: synthetic},
         {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit}
-        | {"--rename": dict(rename), "--seed": seed},
+        | {"--rename": dict(rename), "--seed": seed, "--like": like},
     )
+    model = None if like is None else _open_session(_folder(like), needs_commands=False)
     faults = FaultCollector("the options")
     _check_fps(fps, faults)
     faults.raise_if_any()
@@ -710,11 +719,12 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
         with progress_bar(quiet=not progress) as tell:
-            spec = None if robot is None else load_robot(Path(robot))
+            file = robot if robot is not None or model is None else model.robot_file
+            spec = None if file is None else load_robot(Path(file))
             tell("simulating the trials", 0.0)
             make_session(Path(folder), default_plan(seed or 0, spec))
     else:
-        new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename)
+        new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename, model)
     return Path(folder)
 
 

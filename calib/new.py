@@ -23,7 +23,7 @@ from swimcal.create_session import FISHSIM_MARKERS, new_folder
 from swimcal.errors import Fault, FaultCollector, InputError
 from swimcal.results import write_whole
 from swimcal.robot import RobotSpec, load_robot
-from swimcal.session import SESSION_FILE
+from swimcal.session import SESSION_FILE, Session
 from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS, rate_is_off, usual_spacing_s
 from swimcal.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
 from tracking.foreign import ForeignTracks, check_names
@@ -34,6 +34,7 @@ from tracking.video import Video
 FEWEST_FRAMES = 2
 UNIT_OFF = 0.01
 """Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
+CAMERA_FILE = "camera.toml"
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
 
 # Names of trials.
@@ -44,7 +45,7 @@ DEEPEST = 3
 LONGEST = 80
 
 
-def new_from_files(
+def new_from_files(  # noqa: PLR0913  the arguments of a command
     folder: Path,
     videos: Iterable[str | Path] = (),
     tracks: Iterable[str | Path] | Mapping[str, Any] = (),
@@ -53,16 +54,27 @@ def new_from_files(
     commands_hz: Sequence[float] = (),
     fit: Sequence[str] = (),
     rename: Mapping[str, str] = NO_NAMES,
+    like: Session | None = None,
 ) -> None:
     """Make a session folder of videos and tracks; the arguments are those of `calib.new_session`.
+
+    Of a session that it is to be like it takes robot, frame rate, lens and names of markers where these are not given,
+    and commands and roles of trials of the same name.
 
     Raises:
         InputError: every fault of the files at once; then there is no folder.
         ResultsNotWritable: the folder cannot be written.
     """
+    lens = None
+    if like is not None:
+        robot, fps, rename = robot or like.robot_file, fps or like.camera.fps, {**like.rename, **rename}
+        lens = like.camera.file
     spec = load_robot(None if robot is None else Path(robot))
     trials, notes = _trials(spec, [Path(video) for video in videos], tracks, fps, rename)
     _command(trials, commands_hz)
+    if like is not None:
+        fit, unlike = _repeat(trials, like, bool(commands_hz), fit)
+        notes = [*notes, *unlike]
     faults = FaultCollector("--fit")
     for name in (name for name in fit if name not in trials):
         faults.add("", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials])
@@ -81,8 +93,12 @@ def new_from_files(
                 _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
         if robot is not None:
             shutil.copyfile(robot, part / "robot.toml")
+        if lens is not None:
+            shutil.copyfile(lens, part / CAMERA_FILE)
         notes = [*notes, *of_markers]
-        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes))
+        write_whole(
+            part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes, lens)
+        )
 
 
 @dataclass
@@ -273,6 +289,27 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
             trial.commanded_hz = float(f"{found[1]}.{found[2]}")
 
 
+def _repeat(
+    trials: Mapping[str, _Trial], like: Session, commanded: bool, fit: Sequence[str]
+) -> tuple[Sequence[str], list[str]]:
+    """Give trials the commands of another session's trials of the same name.
+
+    Returns:
+        The names of the trials to fit, and notes on trials without a counterpart.
+    """
+    known = {trial.name: trial for trial in like.trials}
+    for name, trial in trials.items():
+        if not commanded and name in known and known[name].kind == trial.kind:
+            trial.commanded_hz = known[name].commanded_hz or trial.commanded_hz
+    names = [name for name, trial in trials.items() if trial.kind == "swim"]
+    alone = [name for name in names if name not in known]
+    notes = [f"no trial of {like.name} has the name of {', '.join(alone)}: check commands and roles"] if alone else []
+    lacking = [name for name, trial in known.items() if trial.kind == "swim" and name not in trials]
+    if lacking:
+        notes.append(f"{like.name} also has {', '.join(lacking)}: the same commands in both sessions compare best")
+    return fit or [name for name in names if name not in known or known[name].role == "fit"], notes
+
+
 def _put(source: Path, target: Path) -> None:
     """Put a video in its place: linked where the file system can, so that hours of it are not copied."""
     try:
@@ -281,7 +318,7 @@ def _put(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
 
 
-def _text(
+def _text(  # noqa: PLR0913  all that the template shows
     name: str,
     trials: Sequence[_Trial],
     rate: float,
@@ -290,6 +327,7 @@ def _text(
     robot_file: str | Path | None,
     fit: Sequence[str],
     notes: Sequence[str],
+    lens: Path | None,
 ) -> str:
     """Write `session.toml` with comments, and first what the user has to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
@@ -302,6 +340,7 @@ def _text(
         markers=json.dumps(list(markers)),
         robot=robot,
         robot_file=robot_file,
+        lens=None if lens is None else CAMERA_FILE,
         held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
     )
 

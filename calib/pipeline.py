@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from calib.options import EffortName, Job, Options, progress_bar
-from calib.stages.diagnosis import DiagnosisStage, check_names
+from calib.stages.diagnosis import DiagnosisStage, ReferenceSession, check_names
 from calib.stages.fit import FitStage, PublishedStage, StructureStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
@@ -197,6 +197,7 @@ class Pipeline:
         without: frozenset[str] = frozenset(),
         discrepancy: "Discrepancy | None" = None,
         own: tuple[Effect, ...] = (),
+        reference: Path | None = None,
     ) -> DiagnosisStage:
         """Bring `results/diagnosis.json` up to date.
 
@@ -207,15 +208,18 @@ class Pipeline:
             without: names of effects that the catalogue is to lack.
             discrepancy: as for `DiagnosisStage.make`.
             own: further effects that the catalogue is to have.
+            reference: folder of a session of the same robot, camera and water before something changed; where it has
+                no fit, one of this effort is made first.
         """
         check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()
+        healthy = None if reference is None else self._compare_with(reference)
         fit = self._fit_to_build_on()
         efforts = (self.options.effort,) if self.options.effort else get_args(EffortName)
-        stages = [self._diagnosis_of(fit, effort, without, own) for effort in efforts]
+        stages = [self._diagnosis_of(fit, effort, without, own, healthy) for effort in efforts]
         stage = next((stage for stage in stages if stage.is_current), None)
         if stage is None:
-            stage = self._diagnosis_of(fit, self._effort_of_diagnosis(fit), without, own)
+            stage = self._diagnosis_of(fit, self._effort_of_diagnosis(fit), without, own, healthy)
         if not stage.is_current:
             stage.make(discrepancy)
         return stage
@@ -234,9 +238,26 @@ class Pipeline:
         """
         if (fit := self.current_fit) is None:
             return None
-        lacking = self._diagnosis_of(fit, fit.effort).withheld
-        stages = (self._diagnosis_of(fit, effort, lacking) for effort in get_args(EffortName))
+        standing, healthy = self._diagnosis_of(fit, fit.effort), None
+        if (compared_with := standing.compared_with) is not None:
+            with suppress(SwimcalError):  # a reference that is gone leaves nothing current
+                other = Pipeline(open_session(self.session.folder / compared_with), self.options)
+                healthy = ReferenceSession(other.job, other.recordings, other.the_fit())
+            if healthy is None:
+                return None
+        stages = (
+            self._diagnosis_of(fit, effort, standing.withheld, reference=healthy) for effort in get_args(EffortName)
+        )
         return next((stage for stage in stages if stage.is_current), None)
+
+    def _compare_with(self, folder: Path) -> ReferenceSession:
+        """Return a reference session with a current fit, and refuse one of another robot or camera."""
+        other = Pipeline(open_session(folder), self.options)
+        unfitted = ReferenceSession(other.job, other.recordings, other.fits)
+        unfitted.check(self.job)
+        with session_lock(other.session.folder):
+            other.recordings.tracks()
+            return replace(unfitted, fit=other._fit_to_build_on())
 
     @property
     def standing(self) -> str:
@@ -298,9 +319,14 @@ class Pipeline:
         return FitStage(self.job, self.recordings, self.structures, effort)
 
     def _diagnosis_of(
-        self, fit: FitStage, effort: EffortName, without: frozenset[str] = frozenset(), own: tuple[Effect, ...] = ()
+        self,
+        fit: FitStage,
+        effort: EffortName,
+        without: frozenset[str] = frozenset(),
+        own: tuple[Effect, ...] = (),
+        reference: ReferenceSession | None = None,
     ) -> DiagnosisStage:
-        return DiagnosisStage(self.job, self.recordings, fit, effort, without, own)
+        return DiagnosisStage(self.job, self.recordings, fit, effort, without, own, reference)
 
     def _effort_of_diagnosis(self, fit: FitStage) -> EffortName:
         """Choose the effort of a diagnosis: as requested, else of the existing diagnosis, else of the fit."""

@@ -30,6 +30,12 @@ LOOKED_AT = 10
 """Number of the most probable effects that a group is chosen from: all sets of three of more would take long."""
 MOST_LEFT = 0.5
 """Unexplained share of a gap above which names are withdrawn if an unknown effect is more probable. Development."""
+ADEQUATE = 0.01
+"""Least probability that noise leaves as much as the best set of effects; below it nothing is named. Convention."""
+FORM_ERROR = 0.15
+"""Share of what effects explain by which their form may differ from the true one. Prototype."""
+CLEAR_CHANGE = 5.0
+"""Distance, in standard deviations, from which a change is told as visible: there effects are usually named."""
 IN_FEATURES = 0.5
 """Share of an effect's squares from which it counts as visible in features, not in frequencies: the larger part."""
 
@@ -77,6 +83,30 @@ SLIDE_SD_M_S = 1e-5
 """Standard deviation of the speed at which each marker slides along the fish, where nothing is wrong."""
 NEAR = 0.3
 """Length scale of the discrepancy's correlation, in the logarithm of two swims' frequencies."""
+
+# A reference session: what both sessions share, and what differs from launch to launch
+SHARED_SD = 5.0
+"""Width of what both sessions share of every effect, in prior standard deviations. Prototype: 1 raises false alarms."""
+USUAL_BETWEEN_LAUNCHES = 0.05
+"""Standard deviation of an effect's parameters from launch to launch, in those of its prior. Prototype."""
+BETWEEN_LAUNCHES = {"bend_offset": 0.5, "motor_start_delay": 0.4}
+"""The same of effects that differ more: the trim of the tail at rest (15 mrad), and when a film begins (20 ms)."""
+COURSE_OF_LAUNCH = (0.004, 0.015)
+"""Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
+SLIDE_OF_LAUNCH_PER_S = 1e-3
+"""Standard deviation of a marker's slide along the fish over its place: a camera tilted by 20 mrad, at 0.1 m/s."""
+ERROR_SIZES = {0.7: 0.3, 1.0: 0.4, 2.0: 0.2, 4.0: 0.1}
+"""Prior probabilities of the size of the twin's own discrepancy beside a reference."""
+SMOOTH_SIZES_M = {0.0: 0.4, 0.001: 0.2, 0.003: 0.2, 0.01: 0.2}
+"""Prior probabilities of the size of the smooth error that both sessions share, m."""
+LAUNCH_SIZES = {0.5: 0.2, 1.0: 0.35, 2.0: 0.3, 4.0: 0.15}
+"""Prior probabilities of the size of what differs between launches, against the usual."""
+MORE_IN_CHANGED = {1.0: 0.6, 2.0: 0.3, 4.0: 0.1}
+"""Prior probabilities of how much more launches of the changed session differ."""
+STRONGEST_CHANGE_SD = 8.0
+"""Largest change, in prior standard deviations of an effect: else two strong ones may cancel."""
+FORM_ERROR_OF_CHANGE = (0.1, 0.2)
+"""Shares of its norm that the form of a change may miss, without a limit. Prototype."""
 
 # A gap of no particular cause, for one metre of displacement
 SPEED_PER_M = 1.0

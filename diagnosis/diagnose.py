@@ -18,15 +18,16 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.constants import MOST_LEFT
+from diagnosis.constants import ADEQUATE, FORM_ERROR, FORM_ERROR_OF_CHANGE, MOST_LEFT, STRONGEST_CHANGE_SD
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
-from diagnosis.hypotheses import Probabilities, average_hypotheses
+from diagnosis.hypotheses import Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
+from diagnosis.reference import Comparison
 from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
-from diagnosis.result import Experiment, GapSize, Remainder
+from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
 from fitting.progress import Progress, part_of
@@ -68,6 +69,7 @@ class WeighedEvidence(NamedTuple):
         hypotheses: all hypotheses of the residual.
         probabilities: their probabilities.
         decays_left_out: names of free decays that do not count, and why.
+        reference: what it is compared with; None without a reference session.
     """
 
     linear: LinearModel
@@ -77,6 +79,7 @@ class WeighedEvidence(NamedTuple):
     hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
+    reference: ComparedWith | None = None
 
     @property
     def placed(self) -> Sequence[LocalDiscrepancy]:
@@ -93,6 +96,7 @@ class Diagnosis:
         said: verdict and probabilities after cross-validation, and the twin with the likeliest of the named effects.
         where: shares of the gap.
         remainder: residual of that twin; None where nothing is named.
+        adequate: whether the best set of effects leaves no more than noise.
         gap: errors on held-out swims that the twins can follow.
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
             support no more than is named, or with the effort "quick".
@@ -104,6 +108,7 @@ class Diagnosis:
     said: Validated
     where: VarianceDecomposition
     remainder: Remainder | None
+    adequate: Adequacy
     gap: GapSize
     everything: tuple[RidgeFit, GapSize] | None
     experiments: tuple[Experiment, ...]
@@ -129,7 +134,8 @@ def diagnose(
         SimulationDiverged: the plain twin diverged.
         NotEnoughData: there is no fitted swim.
     """
-    weighed = _weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
+    weigh = _weigh if data.reference is None else _weigh_change
+    weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
     refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # their number is not known in advance
 
     def refitting(names: Sequence[str]) -> Refit:
@@ -149,9 +155,12 @@ def diagnose(
         said=said,
         where=decompose(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
         remainder=None if best is None else _remainder(weighed, best),
+        adequate=adequacy(weighed, best),
         gap=gap,
         everything=_everything(weighed, effects, said, swims, settings.effort),
-        experiments=next_experiments(
+        experiments=()
+        if data.reference is not None
+        else next_experiments(
             weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
         doubted=data.doubted,
@@ -169,7 +178,7 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     forces = responses(linear)
     tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
-    found = average_hypotheses(linear, signatures, priors, elsewhere)
+    found = average_hypotheses(error_sizes(linear, signatures), signatures, priors, elsewhere)
     return WeighedEvidence(
         found.linear,
         tuple(signatures),
@@ -181,21 +190,56 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     )
 
 
+def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
+    """Weigh what may have changed since the reference session."""
+    priors = replace(priors, form_error=FORM_ERROR_OF_CHANGE, most_wrong=np.inf, strongest=STRONGEST_CHANGE_SD)
+    tell("the plain twin in both sessions", 0.0)
+    both = Comparison.of(data)
+    joint, signatures = both.joint, []
+    for number, effect in enumerate(effects.values()):
+        tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
+        signatures.append(signature_of(effect, joint.model, joint.camera, joint.at))
+    both = both.with_signatures(signatures)
+    tell("what the reference foretells", 0.6)
+    assumptions = both.assumptions()
+    linear = assumptions[0].linear
+    forces = responses(linear)
+    tell("weighing hypotheses", 0.66)
+    elsewhere = local_discrepancies(linear, forces)
+    found = average_hypotheses(assumptions, both.of_changed, priors, elsewhere)
+    return WeighedEvidence(
+        found.linear,
+        both.of_changed,
+        forces,
+        elsewhere,
+        found.hypotheses,
+        found.probabilities,
+        data.rings.left_out,
+        both.compared_with(found.hypotheses),
+    )
+
+
 def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Settings, effects: int) -> Validated:
     """Return the verdict that the fitted trials alone support."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
-        return Validated(verdict, probabilities, None)
+        falls_short = verdict.name == "unexplained" and adequacy(weighed, None).p_value < ADEQUATE
+        return Validated(verdict, probabilities.doubted() if falls_short else probabilities, None)
     best, gone = backward_elimination(weighed.linear, refitting(verdict.first), refitting, settings.priors, effects)
     for name in gone:
         probabilities = probabilities.refuted(name)
     verdict = verdict.without(gone, probabilities) if gone else verdict
-    most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
+    most_stays = _remainder(weighed, best).share > MOST_LEFT
+    if most_stays and weighed.linear.given is not None:  # of a change the half must be told before it has a name
+        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
+    most_stays = most_stays and probabilities.with_other > 0.5
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
         verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
     if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)
+    if adequacy(weighed, best).p_value < ADEQUATE:
+        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
     said = Validated(verdict, probabilities, best)
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
 
@@ -204,13 +248,40 @@ def _everything(
     weighed: WeighedEvidence, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
 ) -> tuple[RidgeFit, GapSize] | None:
     """Fit the twin with all effects and score it on held-out swims, just as it was fitted; None if not asked for."""
-    if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
+    if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap" or weighed.linear.given is not None:
         return None
     named = said.best or Refit.plain(weighed.linear)
     every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None
     return every, swims.gap(every.refit, as_fitted=True)
+
+
+def adequacy(weighed: WeighedEvidence, best: Refit | None) -> Adequacy:
+    """Tell whether a refitted twin, or without one the likeliest set of effects, leaves no more than noise.
+
+    An effect's form is not exactly the twin's: a share `FORM_ERROR` of what the effects explain counts as noise.
+
+    Args:
+        weighed: the hypotheses.
+        best: the twin with the named effects; None where none is named.
+    """
+    linear, seen = weighed.linear, weighed.hypotheses.like_any
+    plain = linear.space.projected(linear.residual)
+    if best is None:
+        of = weighed.probabilities.of
+        present = max(of, key=lambda each: of[each]).present
+        forms = [form for form in (weighed.hypotheses.best[i] for i in present) if form is not None]
+        columns = np.hstack([np.zeros((len(plain), 0)), *(form.columns for form in forms)])
+        left = plain - columns @ np.linalg.lstsq(columns, plain, rcond=None)[0]
+        free = columns.shape[1]
+    else:
+        left, free = linear.space.projected(best.residual), len(best.values)
+    explained = FORM_ERROR * float(np.linalg.norm(plain - left))
+    variance = 1 + explained**2 / len(seen.spread) * seen.spread
+    squares = float(((seen.turn @ left) ** 2 / variance).sum())
+    numbers = max(int(linear.observed.sum()) - free, 1)
+    return Adequacy(float(chi2.sf(squares, numbers)), squares, numbers)
 
 
 def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
@@ -273,7 +344,7 @@ def weigh_effects(
     linear = data.linear
     tell("what the tested effects would do", 0.4)
     signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
-    weighed = average_hypotheses(linear, signatures, settings.priors)
+    weighed = average_hypotheses(error_sizes(linear, signatures), signatures, settings.priors)
     linear, hypotheses = weighed.linear, weighed.hypotheses
     _refuse_idle(signatures, hypotheses)
     rounds = _ROUNDS_OF_TEST[settings.effort]

@@ -69,6 +69,8 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         withheld_from_catalogue=tuple(withheld),
         doubted_trials=found.doubted,
         models=tuple(models),
+        reference=found.weighed.reference,
+        adequate=found.adequate,
     )
 
 
@@ -102,6 +104,12 @@ def beside_exported_twin(found: DiagnosisResult, forecasts: SessionForecast) -> 
         gap=gap,
         everything=replace(found.everything, gap=_compare_with_exported(found.everything.gap, forecasts, True)),
     )
+
+
+def of_session(found: DiagnosisResult, reference: str) -> DiagnosisResult:
+    """Note the folder of the reference session, relative to the diagnosed one's."""
+    assert found.reference is not None, "a diagnosis without a reference"
+    return replace(found, reference=replace(found.reference, session=reference))
 
 
 def _compare_with_exported(gap: GapSize, forecasts: SessionForecast, added: bool) -> GapSize:

@@ -97,12 +97,21 @@ class EffectResponse:
         return np.hstack([response.columns for way in alone for response in way])
 
 
-def effect_responses(signatures: Sequence[Signature], space: Whitened) -> tuple[EffectResponse, ...]:
+def effect_responses(
+    signatures: Sequence[Signature], space: Whitened, strongest: float = np.inf
+) -> tuple[EffectResponse, ...]:
     """Return the responses of signatures, in their order.
 
     An effect that diverged or does nothing has no linear response.
+
+    Args:
+        signatures: what each effect does.
+        space: the whitened residual space.
+        strongest: largest strength, in standard deviations of the parameters' priors.
     """
-    return tuple(EffectResponse(each.effect.name, each.effect.stage, _ways(each, space)) for each in signatures)
+    return tuple(
+        EffectResponse(each.effect.name, each.effect.stage, _ways(each, space, strongest)) for each in signatures
+    )
 
 
 class _Range(NamedTuple):
@@ -117,8 +126,8 @@ class _Range(NamedTuple):
     before_refit: float
 
 
-def _ways(signature: Signature, space: Whitened) -> tuple[tuple[LinearResponse, ...], ...]:
-    every = {number: _ranges(signature, number, space) for number in range(signature.values.shape[1])}
+def _ways(signature: Signature, space: Whitened, strongest: float) -> tuple[tuple[LinearResponse, ...], ...]:
+    every = {number: _ranges(signature, number, space, strongest) for number in range(signature.values.shape[1])}
     every = {number: own for number, own in every.items() if own}
     alone = [tuple(_response(signature, {number: one}, [own]) for one in own) for number, own in every.items()]
     if len(alone) <= 1:
@@ -127,9 +136,12 @@ def _ways(signature: Signature, space: Whitened) -> tuple[tuple[LinearResponse, 
     return ((_response(signature, together, list(every.values())),), *alone)
 
 
-def _ranges(signature: Signature, number: int, space: Whitened) -> list[_Range]:
+def _ranges(signature: Signature, number: int, space: Whitened, strongest: float) -> list[_Range]:
     """Return the ranges of one parameter; neighbours with the same slope are joined."""
-    sd, all_pieces = signature.effect.parameters[number].sd, pieces(signature, number)
+    sd = signature.effect.parameters[number].sd
+    most = strongest * sd
+    within = [piece for piece in pieces(signature, number) if piece.low < most and piece.high > -most]
+    all_pieces = [piece._replace(low=max(piece.low, -most), high=min(piece.high, most)) for piece in within]
     if not all_pieces:
         return []
     rows = sd * np.array([piece.slope for piece in all_pieces])
@@ -180,6 +192,8 @@ class Priors:
         placed: probability that an unknown effect acts at one place.
         look_alike: odds, against an effect, of an unknown one that looks like it.
         differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
+        most_wrong: largest whitened norm of a form error: a larger residual is due to something else.
+        strongest: largest strength of an effect, in standard deviations of its parameters.
     """
 
     form_error: tuple[float, ...] = (0.2, 0.5)
@@ -188,6 +202,8 @@ class Priors:
     placed: float = 0.4
     look_alike: float = 0.3
     differs: float = 0.05
+    most_wrong: float = MOST_WRONG
+    strongest: float = np.inf
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:
         """Return the log prior probability of one set of effects.
@@ -264,7 +280,7 @@ class GaussianEvidence(NamedTuple):
 
 
 def gaussian_evidence(
-    residual: Residual, responses: Sequence[LinearResponse], other: bool, form_errors: Sequence[float]
+    residual: Residual, responses: Sequence[LinearResponse], other: bool, priors: Priors
 ) -> GaussianEvidence:
     """Return the evidence of a residual with effects of these responses.
 
@@ -272,15 +288,15 @@ def gaussian_evidence(
         residual: the residual.
         responses: responses of the effects.
         other: whether there is an unknown effect besides.
-        form_errors: shares of their norm that the responses may miss.
+        priors: which shares of their norm the responses may miss.
     """
-    axes = [*map(_sizes, responses), SIZES if other else [0.0], form_errors if responses else [0.0]]
+    axes = [*map(_sizes, responses), SIZES if other else [0.0], priors.form_error if responses else [0.0]]
     grid = np.array(list(product(*axes)))  # (s, r + 2)
     parts = [residual.turn @ each.columns / each.size for each in responses]
     columns = np.hstack([np.zeros((len(residual.value), 0)), *parts])  # (q, p)
     whose = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
     sizes = grid[:, whose]  # (s, p)
-    wrong = grid[:, -1] * _norms(residual, responses, columns, whose, sizes)
+    wrong = grid[:, -1] * np.minimum(_norms(residual, responses, columns, whose, sizes), priors.most_wrong)
     variance = 1 + np.outer((wrong**2 + grid[:, -2] ** 2) / len(residual.value), residual.spread)  # (s, q)
     weight, count = 1 / variance, columns.shape[1]
     pairs = (columns[:, :, None] * columns[:, None]).reshape(len(columns), -1)  # (q, p p)
@@ -319,7 +335,7 @@ def _norms(
     whose: np.ndarray,
     sizes: np.ndarray,
 ) -> np.ndarray:
-    """Return the norm of the effects before coefficients are refitted (s,), up to a limit.
+    """Return the norm of the effects before coefficients are refitted (s,).
 
     They are as strong as in the residual.
     """
@@ -329,7 +345,7 @@ def _norms(
     before = np.array([each.before_refit for each in responses])[whose] ** 2 if len(whose) else np.zeros(0)
     same = np.equal.outer(whose, whose) * before
     squares = (same * gram * (mean[:, :, None] * mean[:, None] + covariance)).sum(axis=(1, 2))
-    return np.minimum(np.sqrt(squares), MOST_WRONG)
+    return np.asarray(np.sqrt(squares))
 
 
 def _mean(logs: Sequence[float] | np.ndarray) -> float:
@@ -392,7 +408,7 @@ class Hypotheses:
         responses = [each for each in (self.best[i] for i in present) if each is not None]
         if not self.places or len(responses) < len(present):
             return np.full(len(self.places), -np.inf)
-        found = gaussian_evidence(self.like_any, responses, False, self.priors.form_error)
+        found = gaussian_evidence(self.like_any, responses, False, self.priors)
         root = np.linalg.cholesky(np.diag(found.variance) + found.columns @ found.columns.T)
         white = solve_triangular(root, np.column_stack([self.like_any.value, *self._columns_at_places]), lower=True)
         weights, ends = (
@@ -471,4 +487,4 @@ class Hypotheses:
 
     def _evidence(self, responses: Sequence[LinearResponse], other: bool) -> float:
         residuals = (self.like_any, self.loose) if other else (self.like_any,)
-        return _mean([gaussian_evidence(each, responses, other, self.priors.form_error).evidence for each in residuals])
+        return _mean([gaussian_evidence(each, responses, other, self.priors).evidence for each in residuals])

@@ -68,6 +68,16 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + share * chance
         return Probabilities(self.names, found, self.at_place, self.look_alike)
 
+    def doubted(self) -> "Probabilities":
+        """Return the probabilities where no set of effects suffices: something else is as likely as every name."""
+        found: dict[Hypothesis, float] = {}
+        for each, chance in self.of.items():
+            share = 0.5 if each.present else 1.0
+            found[each] = found.get(each, 0.0) + share * chance
+            other = Hypothesis((), True)
+            found[other] = found.get(other, 0.0) + (1 - share) * chance
+        return Probabilities(self.names, found, self.at_place, self.look_alike)
+
     def with_needed(self, needed: Sequence[int]) -> "Probabilities":
         """Add effects to every hypothesis with an unknown effect that is a mixture which needs them."""
         found: dict[Hypothesis, float] = {}
@@ -215,9 +225,9 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
 
 
 class AveragedHypotheses(NamedTuple):
-    """Hypotheses with their probabilities, averaged over the size of the twin's own discrepancy.
+    """Hypotheses with their probabilities, averaged over assumptions such as the size of the twin's own discrepancy.
 
-    The linearised model and the hypotheses are those at the likeliest size.
+    The linearised model and the hypotheses are those under the likeliest.
     """
 
     linear: LinearModel
@@ -225,26 +235,38 @@ class AveragedHypotheses(NamedTuple):
     probabilities: Probabilities
 
 
+class Assumed(NamedTuple):
+    """A linearised model under one assumption on what is not known, and the log prior probability of that."""
+
+    log_prior: float
+    linear: LinearModel
+
+
+def error_sizes(linear: LinearModel, signatures: Sequence[Signature]) -> tuple[Assumed, ...]:
+    """Return the model for every size that the twin's own discrepancy may have."""
+    common = linear.discrepancy.common_columns(signatures)
+    return tuple(Assumed(float(np.log(chance)), linear.with_error(size, common)) for size, chance in SCALES.items())
+
+
 def average_hypotheses(
-    linear: LinearModel,
+    assumptions: Sequence[Assumed],
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy] = (),
 ) -> AveragedHypotheses:
-    """Weigh all hypotheses, for every size that the twin's own discrepancy may have.
+    """Weigh all hypotheses under every assumption.
 
     Args:
-        linear: the linearised model.
+        assumptions: the linearised model under each.
         signatures: what each effect does.
         priors: prior probabilities.
         places: unknown effects at one place.
     """
-    common, found = linear.discrepancy.common_columns(signatures), []
-    for scale, chance in SCALES.items():
-        here = linear.with_error(scale, common)
+    found = []
+    for log_prior, here in assumptions:
         hypotheses = _hypotheses(here, signatures, priors, places)
         weighed = HypothesisWeights.of(hypotheses)
-        assumed = float(np.log(chance)) + here.space.log_volume
+        assumed = log_prior + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
     probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
@@ -267,7 +289,7 @@ def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequ
     responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
 
     def evidence(residual: Residual) -> float:
-        return gaussian_evidence(residual, responses, True, hypotheses.priors.form_error).evidence
+        return gaussian_evidence(residual, responses, True, hypotheses.priors).evidence
 
     mixed, found = evidence(hypotheses.like_any), []
     if mixed - evidence(hypotheses.loose) < MIXED:
@@ -289,7 +311,7 @@ def _hypotheses(
     priors: Priors,
     places: Sequence[LocalDiscrepancy],
 ) -> Hypotheses:
-    effects, features = effect_responses(signatures, linear.space), len(linear.model.measured)
+    effects, features = effect_responses(signatures, linear.space, priors.strongest), len(linear.model.measured)
     frequencies = slice(features, features + linear.model.frequencies)
     return Hypotheses(
         like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),

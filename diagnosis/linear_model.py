@@ -4,7 +4,7 @@
 `LinearModel`: residual, Jacobian by the coefficients, covariance of all that disturbs them, and the whitened space.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -29,6 +29,23 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS, DRY
 from swimcal.session_file import CameraSpec
 from swimcal.twin import Twin
 
+
+class Given(NamedTuple):
+    """What other recordings of the same robot tell about a row of k numbers, before it is measured.
+
+    Attributes:
+        foretold: (k,) residual of the twin that they lead to expect.
+        covariance: (k, k) covariance of the row about it, the coefficients' own uncertainty included.
+        prior_sd: (5,) standard deviations of what is left to the coefficients.
+        held_out: makes the model of other trials of the same session, given the same recordings.
+    """
+
+    foretold: np.ndarray
+    covariance: np.ndarray
+    prior_sd: np.ndarray
+    held_out: Callable[[Sequence[MeasuredTrial]], "LinearModel"]
+
+
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
@@ -48,6 +65,7 @@ class LinearModel:
         disturbances: what noise and nuisances do, at the coefficients.
         error: size of the discrepancy of each trial's features in this session, against most sessions.
         common: (k, c) discrepancy that all trials share, of unit strength; None where that is not known.
+        given: what a reference session tells of these trials; None without one.
     """
 
     model: SessionModel
@@ -58,6 +76,7 @@ class LinearModel:
     disturbances: NuisanceModel
     error: float = 1.0
     common: np.ndarray | None = None
+    given: Given | None = None
 
     @classmethod
     def of(
@@ -111,7 +130,7 @@ class LinearModel:
 
     def with_gap_in(self, residual: np.ndarray) -> Whitened:
         """Return the space of `space` with the residual (k,) of some twin counted as disturbance."""
-        return Whitened.of(self.covariance_with_gap_in(residual), self.slopes, PRIOR_SD)
+        return Whitened.of(self.covariance_with_gap_in(residual), self.slopes, self.prior_sd)
 
     def covariance_with_gap_in(self, residual: np.ndarray) -> np.ndarray:
         """Return `covariance` (k, k) with the residual (k,) of some twin counted as disturbance."""
@@ -129,6 +148,8 @@ class LinearModel:
             trials: the trials.
             twin: their twin, which may be clamped.
         """
+        if self.given is not None:
+            return self.given.held_out(trials)
         model = _model_session(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
@@ -202,8 +223,18 @@ class LinearModel:
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """Residual (k,), measured less simulated."""
-        return residual_row(self.model, self.at)
+        """Residual (k,), measured less simulated, and less what a reference session foretells."""
+        return residual_row(self.model, self.at) - self.foretold
+
+    @property
+    def foretold(self) -> np.ndarray:
+        """Residual (k,) that a reference session foretells; 0 without one."""
+        return np.zeros(len(self.observed)) if self.given is None else self.given.foretold
+
+    @property
+    def prior_sd(self) -> np.ndarray:
+        """Standard deviations (5,) of the prior of the coefficients about `at`."""
+        return PRIOR_SD if self.given is None else self.given.prior_sd
 
     def residual_drawn(self, fitted: "LinearModel", draws: int, seed: int) -> np.ndarray:
         """Return the residuals (d, k) of these swims under draws of the coefficients fitted to other swims; linear.
@@ -233,6 +264,8 @@ class LinearModel:
     @cached_property
     def covariance(self) -> np.ndarray:
         """Covariance (k, k) of all that disturbs the row."""
+        if self.given is not None:
+            return self.given.covariance
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
         own = row_covariance(self.model, features, self.disturbances.robot)
         return own if self.common is None else own + self.common @ self.common.T
@@ -245,7 +278,7 @@ class LinearModel:
     @cached_property
     def space(self) -> Whitened:
         """Whitened residual space: all that disturbs the row has unit size, and coefficients are free."""
-        return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
+        return Whitened.of(self.covariance, self.slopes, self.prior_sd)
 
 
 def _placement_uncertainty(
@@ -283,6 +316,7 @@ class SessionData:
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
         dry: measurements out of the water, which also determine the effect.
         doubted: names of fitted swims that their own twin does not follow; with these no effect is named.
+        reference: recordings of the same robot, camera and water before something changed; None without.
     """
 
     trials: Sequence[MeasuredTrial]
@@ -292,6 +326,7 @@ class SessionData:
     at: np.ndarray
     dry: ExperimentsInAir = NOTHING
     doubted: tuple[str, ...] = ()
+    reference: "SessionData | None" = None
 
     def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
         """Return the swims that are fitted, or those that are not."""

@@ -68,7 +68,9 @@ class Refit:
     @classmethod
     def plain(cls, linear: LinearModel) -> "Refit":
         """Return the recommended twin, without any effect."""
-        return cls((), linear.at, np.zeros(0), linear.residual, linear.coefficient_covariance, PRIOR_SD, linear.slopes)
+        return cls(
+            (), linear.at, np.zeros(0), linear.residual, linear.coefficient_covariance, linear.prior_sd, linear.slopes
+        )
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """Return the precision (5 + p, 5 + p) of coefficients and values under a prior of other widths (5 + p,)."""
@@ -205,7 +207,7 @@ class _Joint:
         self.linear = linear
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         own = np.array([parameter.sd for parameter in parameters])
-        self.sd = np.append(PRIOR_SD, WIDER * own if width is None else width)
+        self.sd = np.append(linear.prior_sd, WIDER * own if width is None else width)
         self._step_sd = _STEP_SD * own
         self.mean = np.concatenate([linear.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
@@ -216,8 +218,9 @@ class _Joint:
         """Return the residuals (s, k), measured less simulated, at points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
         measured = self.linear.model.measured
+        expected = measured - self.linear.foretold[: len(measured)]
         beside = self.linear.residual[len(measured) :] - self.session.beside(values)
-        return np.hstack([measured - self.session.features(at, values), beside])
+        return np.hstack([expected - self.session.features(at, values), beside])
 
     def count_as_disturbance(self, residual: np.ndarray, point: np.ndarray) -> float:
         """Set the size of a gap of no particular cause by the residual (k,) at a point, and return the misfit there."""

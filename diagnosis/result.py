@@ -356,6 +356,56 @@ class Evidence:
     cross_validation: CrossValidation = CrossValidation(())
 
 
+@dataclass(frozen=True)
+class Visible:
+    """The least change of one parameter that a comparison would show.
+
+    Attributes:
+        parameter: name of the parameter.
+        value: change at which the swims lie `CLEAR_CHANGE` standard deviations apart, all else the same.
+        unit: SI unit; "1" for a ratio.
+        within_bounds: whether the parameter can be that large at all.
+    """
+
+    parameter: str
+    value: float
+    unit: str
+    within_bounds: bool
+
+
+@dataclass(frozen=True)
+class ComparedWith:
+    """The reference session of a diagnosis: the same robot, camera and water before something changed.
+
+    Attributes:
+        session: its folder, relative to the diagnosed session's.
+        swims: names of its fitted swims.
+        launch_scatter: how much launches differ, against the usual, as the reference shows.
+        speeds: commanded or filmed frequency, Hz, and forward speed, m/s, of its swims, by name.
+        visible: the least change that would show, by effect.
+    """
+
+    session: str
+    swims: tuple[str, ...]
+    launch_scatter: float
+    speeds: Mapping[str, tuple[float, float]]
+    visible: Mapping[str, Visible]
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """Whether the best set of effects leaves no more than noise.
+
+    Attributes:
+        p_value: probability that noise, with an error of the effects' form, leaves as much.
+        squares, numbers: squared whitened residual that it leaves, and how many numbers it is the sum of.
+    """
+
+    p_value: float
+    squares: float
+    numbers: int
+
+
 @dataclass(frozen=True, eq=False)
 class DiagnosisResult:
     """The content of ``diagnosis.json``; the public contract's keys come first.
@@ -381,6 +431,8 @@ class DiagnosisResult:
         withheld_from_catalogue: names of effects that the catalogue lacked in this run.
         doubted_trials: fitted swims that their own twin does not follow; because of these no effect is named.
         models: names of the files of twins with effects.
+        reference: the session that this one was compared with; null without one.
+        adequate: whether the best set of effects leaves no more than noise.
     """
 
     verdict: VerdictName
@@ -403,6 +455,8 @@ class DiagnosisResult:
     withheld_from_catalogue: tuple[str, ...] = ()
     doubted_trials: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
+    reference: ComparedWith | None = None
+    adequate: Adequacy | None = None
 
     @property
     def chances(self) -> dict[str, float]:

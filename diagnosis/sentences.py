@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.constants import ALARM, ENOUGH, HELD, PLACED
-from diagnosis.result import NONE, DiagnosisResult
+from diagnosis.constants import ADEQUATE, ALARM, ENOUGH, HELD, PLACED
+from diagnosis.result import NONE, DiagnosisResult, Visible
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in the speed", "in the course", "in the beat frequency", "in the free decays")
@@ -27,6 +27,8 @@ def plain(name: str) -> str:
 def where(data: DiagnosisResult) -> str:
     """Say where the gap comes from and where it shows, without numbers: the shares have denominators of their own."""
     shares = {stage: share for stage, share in data.where.by_stage.items() if stage != "floor"}
+    if data.verdict == "no_gap" and data.reference is not None:
+        return "Where: nowhere; launches of the reference differ as much from one another."
     if data.verdict == "no_gap":
         return "Where: no place that these trials show; noise explains what the twin leaves."
     stage = max(shares, key=lambda name: shares[name])
@@ -56,10 +58,21 @@ def which(data: DiagnosisResult) -> str:
     if verdict == "no_gap":
         against = _describe_withdrawn(data)
         but = f"; the fitted swims look like {against}" if against else ""
-        nothing = f"Which: the data need no effect (probability of no gap {data.no_gap_probability:.2f}){but}."
+        need = "the data need no effect (probability of no gap"
+        if data.reference is not None:
+            need = "nothing changed that these trials show (probability of no change"
+        nothing = f"Which: {need} {data.no_gap_probability:.2f}){but}."
         return f"{nothing} {near_miss(data)}".rstrip()
     if verdict == "unexplained" and (against := _describe_withdrawn(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
+    if verdict == "unexplained" and is_inadequate(data):
+        helps = [name for name in chances if name != NONE][:2]
+        most = f"; what helps most, although it does not suffice, is {' or '.join(map(plain, helps))}" if helps else ""
+        what = "changed" if data.reference is not None else "acts"
+        return (
+            f"Which: no set of effects of the catalogue leaves only noise, so something else {what}{most}"
+            f"{_elsewhere(data)}; see the missing forces."
+        )
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
         but = (
             "may as well be something that only looks like it"
@@ -87,6 +100,28 @@ def which(data: DiagnosisResult) -> str:
     residual = "" if rest is None or rest.share < 0.05 else "; some of the gap remains"
     against = _describe_withdrawn(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+
+
+def is_inadequate(data: DiagnosisResult) -> bool:
+    """Tell whether even the best set of effects leaves more than noise."""
+    return data.adequate is not None and data.adequate.p_value < ADEQUATE
+
+
+def visible_changes(data: DiagnosisResult) -> tuple[str, ...]:
+    """List the least change of each effect that the comparison with a reference would show, the names in order."""
+    if data.reference is None:
+        return ()
+    return tuple(
+        f"{plain(effect)}: {plain(least.parameter)} {_in_unit(least)}"
+        for effect, least in sorted(data.reference.visible.items())
+        if least.within_bounds
+    )
+
+
+def _in_unit(least: Visible) -> str:
+    if least.unit == "m":
+        return f"{1000 * least.value:.2g} mm"
+    return f"{100 * least.value:.2g} %" if least.unit == "1" else f"{least.value:.2g} {least.unit}"
 
 
 def near_miss(data: DiagnosisResult) -> str:

@@ -25,7 +25,6 @@ from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
 from diagnosis.result import VerdictName, WithdrawnEffects
-from fitting.signatures import PRIOR_SD
 from swimcal.effects.effect import Effect
 
 Refitting = Callable[[Sequence[str]], Refit]
@@ -148,7 +147,7 @@ def log_evidence(linear: LinearModel, fit: Refit) -> float:
     """
     space = linear.with_gap_in(fit.residual)
     white = solve_triangular(space.root, fit.residual, lower=True)
-    width = np.concatenate([PRIOR_SD, *(_width(effect, fit.by_effect[effect.name]) for effect in fit.effects)])
+    width = np.concatenate([linear.prior_sd, *(_width(effect, fit.by_effect[effect.name]) for effect in fit.effects)])
     off, precision = np.concatenate([fit.at - linear.at, fit.values]), fit.precision(width)
     pull = (width**-2.0 - fit.taken**-2.0) * off  # the likeliest point moves as the prior does
     volume = -0.5 * float(np.linalg.slogdet(precision)[1]) - float(np.log(width).sum())

@@ -37,6 +37,7 @@ from reports.words import (
     MISSING,
     MORE_THAN_NOISE,
     by_how_much,
+    counted,
     gap_sentences,
     in_words,
     listed,
@@ -72,6 +73,8 @@ PLACE = table_head("place | in all trials | probability []")
 DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
 _PLACES = 5  # number of places that are shown, the likeliest
 PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
+VISIBLE = table_head("effect | parameter | least change that shows [] | unit")
+SIDE_BY_SIDE = table_head("swim | reference [mm/s] | this session [mm/s] | difference [%]")
 NEXT = table_head("what to do | separates | error after it [%]")
 
 # The section
@@ -85,6 +88,7 @@ _NOT_HELD_OUT = (
     "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
     'trials the role "holdout" in session.toml and diagnose again.'
 )
+_SAME_HZ = 0.1  # relative difference of frequencies up to which two swims are shown side by side
 _STRONGEST = 4  # number of parameters that are listed
 
 
@@ -275,10 +279,12 @@ def build_gap(context: ReportContext) -> Section:
         how_far = (in_short, Prose(_shrinkage(found)), of("waterfall", "held-out"))
     if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
+    compared = (_compared(found, context),) if found.reference is not None else ()
     loudest, forces = missing(found, context)
     experiments = next_experiments(found)
     next_parts = (Section("What to measure next", "gap-next", experiments),) if experiments else ()
     parts = (
+        *compared,
         Section("Where it lies", "gap-where", (where, of("fish"), Prose(_how(found)), of("shares"))),
         Section("Which effect", "gap-which", (which, *_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
@@ -286,7 +292,41 @@ def build_gap(context: ReportContext) -> Section:
         Section("The forces that are missing", "gap-missing", (loudest, of("forces"), *forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
-    return Section("The sim-to-real gap", "gap", (), _caveats(context), parts)
+    title = "The sim-to-real gap" if found.reference is None else "What changed since the reference"
+    return Section(title, "gap", (), _caveats(context), parts)
+
+
+def _compared(found: DiagnosisResult, context: ReportContext) -> Section:
+    """Show the swims of both sessions side by side, and what a change would have to be to show."""
+    reference = found.reference
+    assert reference is not None, "a section of a comparison"
+    own = [trial.measured for trial in context.calibration.trials]
+    rows = []
+    for name, (hz, speed) in reference.speeds.items():
+        near = min(own, key=lambda trial: abs(trial.frequency.hz - hz), default=None)
+        if near is not None and abs(near.frequency.hz / hz - 1) < _SAME_HZ:
+            differs = shown(100 * (near.speed / speed - 1), 1, signed=True) if speed else MISSING
+            rows.append((f"{name} ({shown(hz, 2)} Hz)", shown(1000 * speed), shown(1000 * near.speed), differs))
+    side = (
+        "Forward speed of both sessions at about the same beat frequency. The effects below act on this session alone."
+    )
+    least = "The least change that these trials would show: five standard deviations, all else the same."
+    seen = tuple(
+        (in_words(effect), in_words(each.parameter), significant(each.value, 2), {"1": "–"}.get(each.unit, each.unit))
+        for effect, each in sorted(reference.visible.items())
+        if each.within_bounds
+    )
+    text = (
+        f"The reference is {reference.session}, with {counted(len(reference.swims), 'swim')}. Its launches differ "
+        f"{shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error of the "
+        "water first of all, cancels."
+    )
+    blocks: list[Block] = [Prose(text)]
+    if rows:
+        blocks.append(Table(side, SIDE_BY_SIDE, tuple(rows)))
+    if seen:
+        blocks.append(Table(least, VISIBLE, seen, folded=True))
+    return Section("Side by side", "gap-compared", tuple(blocks))
 
 
 def _lead(text: str) -> Markup:

@@ -85,9 +85,9 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     random = np.random.default_rng([plan.seed, 2])
     sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _sample_world(random, sunk_m), _draw_trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, sample_world(random, sunk_m), _draw_trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.trial.kind == "swim"]
-        if all(_measure_speed(recording) > _SLOWEST_M_S for recording in recordings):
+        if all(map(swims_forward, recordings)):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 
@@ -109,7 +109,9 @@ def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisanc
     )
 
 
-def _sample_world(random: np.random.Generator, sunk_m: float) -> World:
+def sample_world(random: np.random.Generator, sunk_m: float | None = None) -> World:
+    """Draw a robot, its water and how deep it floats, unless that is given."""
+    sunk_m = FLOATS_SD_M * float(random.standard_normal()) if sunk_m is None else sunk_m
     nuisances, (low, high) = drawn_nuisances(random, sunk_m), np.transpose(_COEFFICIENTS)
     blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
     return World(coefficients=(blunt, slender, angular, kutta, magnus), nuisances=nuisances)
@@ -117,7 +119,7 @@ def _sample_world(random: np.random.Generator, sunk_m: float) -> World:
 
 def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(trial_name("f", hz), role, _draw_swim(hz, recorded.seconds, random))
+        DrawnTrial(trial_name("f", hz), role, draw_swim(hz, recorded.seconds, random))
         for hz, role in sorted(
             [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
         )
@@ -132,7 +134,7 @@ def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[Drawn
     return (*swims, *others)
 
 
-def _draw_swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
+def draw_swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
     """Draw a swim along the picture, half a fish longer than its course."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
     return swim_past_middle(hz, seconds, heading, 0.2, random)
@@ -152,6 +154,11 @@ def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, r
         place_m=complex(place),
         heading_rad=heading,
     )
+
+
+def swims_forward(recording: Recording) -> bool:
+    """Tell whether a swim is faster than the slowest that is plausible."""
+    return _measure_speed(recording) > _SLOWEST_M_S
 
 
 def _measure_speed(recording: Recording) -> float:

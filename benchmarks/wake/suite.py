@@ -55,14 +55,15 @@ def draw_wake_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     """
     random = np.random.default_rng([plan.seed, 2])
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _sample_world(random), _draw_trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, sample_wake_world(random), _draw_trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials]
-        if all(map(_is_plausible, recordings)):
+        if all(map(is_plausible, recordings)):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims as fish do in {_TRIES} draws, expected most to")
 
 
-def _sample_world(random: np.random.Generator) -> WakeWorld:
+def sample_wake_world(random: np.random.Generator) -> WakeWorld:
+    """Draw a robot, its water and the camera."""
     tilt = _TILT_SD_RAD * random.standard_normal(2)
     return WakeWorld(
         nuisances=drawn_nuisances(random),
@@ -78,18 +79,22 @@ def _sample_world(random: np.random.Generator) -> WakeWorld:
 def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
     return tuple(
-        DrawnTrial(trial_name("f", hz), role, _draw_swim(hz, _BEATS[role], random)) for hz, role in sorted(roles)
+        DrawnTrial(trial_name("f", hz), role, _draw_short(hz, _BEATS[role], random)) for hz, role in sorted(roles)
     )
 
 
-def _draw_swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
+def _draw_short(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
+    """Draw a swim of a few beats to anywhere."""
+    return draw_wake_swim(hz, float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1)), random)
+
+
+def draw_wake_swim(hz: float, seconds: float, random: np.random.Generator) -> TrimmedTrial:
     """Draw a swim to anywhere; less half a fish, whose origin is near its nose."""
-    seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
     swim = swim_past_middle(hz, seconds, float(random.uniform(0.0, 2 * np.pi)), -0.2, random)
     return TrimmedTrial(**vars(swim), trim_rad=_TRIM_SD_RAD * float(random.standard_normal()))
 
 
-def _is_plausible(recording: Recording) -> bool:
+def is_plausible(recording: Recording) -> bool:
     """Return whether it goes forward, no faster than fish of this size, and its tail does not fold."""
     half = recording.head[len(recording.head) // 2 :]
     moved = complex(*(half[-1, :2] - half[0, :2]))

@@ -26,7 +26,7 @@ from diagnosis.result import (
     MissingForces,
     parameters_of,
 )
-from diagnosis.sentences import plain
+from diagnosis.sentences import plain, visible_changes
 from fitting.coefficient_fit import Marginal
 from reports.caveats import gap_caveats
 from reports.words import (
@@ -363,12 +363,18 @@ def _parameters(found: EffectParameters, effect: str) -> Iterator[dict[str, obje
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     """Format where, which and how far; then the most probable effects, what to check, and what to measure next."""
     lines = [*gap_sentences(data), ""]
+    if (reference := data.reference) is not None:
+        lines.append(
+            f"reference: {reference.session}, {counted(len(reference.swims), 'swim')} ({listed(reference.swims)})"
+        )
     lines.append(f"{'effect':28} {'probability':>11}  fitted")
     for number, (name, chance) in enumerate(data.chances.items()):
         if number < _ROWS or name in data.effects:
             lines.append(f"{name:28} {chance:11.3f}  {effect_size(data.effect_parameters, name)}".rstrip())
     lines.append(f"{'none of these':28} {data.none_of_these:11.3f}")
     lines.append(f"{'nothing at all':28} {data.no_gap_probability:11.3f}")
+    if seen := visible_changes(data):
+        lines += ["", "would show from:", *(f"  {each}" for each in seen)]
     return [*lines, *(f"! {each}" for each in gap_caveats(data)), *_next(data), *_models(data)]
 
 

@@ -8,9 +8,10 @@ The diagnosis takes a second to load: it is imported where it is needed.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -34,17 +35,76 @@ from swimcal.errors import Fault, InputError, did_you_mean
 from swimcal.mjcf import FluidCoefficients, add_scenery
 from swimcal.results import Provenance, program_version, write_whole
 from swimcal.runs import ENGINE
-from swimcal.stage import Stage
+from swimcal.session_file import CameraSpec
+from swimcal.stage import HasFingerprint, Stage
 from swimcal.twin import Twin
 
 if TYPE_CHECKING:
     from diagnosis.discrepancy import Discrepancy
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
-_FORM = 21  # version of the files and of the computation
+_LONGEST = 120  # characters of a value in a message
+_FORM = 22  # version of the files and of the computation
 
 
 Found = TypeVar("Found")
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceSession:
+    """A session of the same robot, camera and water, filmed before something changed.
+
+    Attributes:
+        job: the work on it.
+        recordings: its measured trials.
+        fit: its fit, whose twin foretells the changed session.
+    """
+
+    job: Job
+    recordings: Recordings
+    fit: FitStage
+
+    @property
+    def fingerprint(self) -> str:
+        """A hash over all that a comparison takes from it."""
+        return self.fit.fingerprint
+
+    def folder_from(self, job: Job) -> str:
+        """Return its folder, relative to that of another session."""
+        return Path(os.path.relpath(self.job.session.folder, job.session.folder)).as_posix()
+
+    def check(self, job: Job) -> None:
+        """Check that another session is of the same robot and camera.
+
+        Raises:
+            InputError: what differs, all of it at once.
+        """
+        own, other = self.job.session, job.session
+        step = "A comparison needs the same robot, markers and camera in both; see docs/howto/compare-sessions.md."
+        pairs = {
+            "robot": (self.job.robot, job.robot, "another robot than the reference's"),
+            "markers": (own.markers, other.markers, "other markers than the reference's"),
+            "camera.calibration": (
+                own.camera.calibration,
+                other.camera.calibration,
+                "another lens than the reference's",
+            ),
+        }
+        faults = [
+            Fault(str(other.folder), key, what, _in_short(there), _in_short(here), next_step=step)
+            for key, (here, there, what) in pairs.items()
+            if here != there
+        ]
+        if own.folder.resolve() == other.folder.resolve():
+            what, found = "a session is its own reference", str(own.folder)
+            faults.append(Fault("--reference", "", what, found, "the folder of another session"))
+        if faults:
+            raise InputError(faults)
+
+
+def _in_short(value: object) -> str:
+    text = ", ".join(value) if isinstance(value, tuple) else str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
 class DiagnosisStage(Stage):
@@ -59,6 +119,7 @@ class DiagnosisStage(Stage):
         effort: "quick" or "full".
         without: names of effects that the catalogue is to lack.
         own: further effects that it is to have.
+        reference: the session that this one is compared with; None without one.
     """
 
     def __init__(
@@ -69,14 +130,18 @@ class DiagnosisStage(Stage):
         effort: EffortName,
         without: frozenset[str] = frozenset(),
         own: tuple[Effect, ...] = (),
+        reference: ReferenceSession | None = None,
     ) -> None:
         self._job, self._recordings, self._fit, self._without, self._own = job, recordings, fit, without, own
+        self._reference = reference
         parameters = {
             name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()
         }
         self.effort = effort
         settings = {"form": _FORM, "effort": self.effort, "effects": parameters, "seed": job.session.seed}
-        super().__init__(job.results / "diagnosis.json", {}, settings, [recordings, fit])
+        after: list[HasFingerprint] = [recordings, fit]
+        after += [] if reference is None else [reference]
+        super().__init__(job.results / "diagnosis.json", {}, settings, after)
 
     @cached_property
     def effects(self) -> dict[str, Effect]:
@@ -91,6 +156,14 @@ class DiagnosisStage(Stage):
             return frozenset(self.read().withheld_from_catalogue) & set(catalogue())
         return frozenset()
 
+    @property
+    def compared_with(self) -> str | None:
+        """The folder of the reference of the existing diagnosis, relative to the session's; None without one."""
+        with suppress(InputError):
+            reference = self.read().reference
+            return None if reference is None else reference.session
+        return None
+
     def make(self, discrepancy: Discrepancy | None = None) -> None:
         """Diagnose and write.
 
@@ -103,7 +176,7 @@ class DiagnosisStage(Stage):
             SimulationDiverged: the plain twin.
         """
         from diagnosis.diagnose import diagnose
-        from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result
+        from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result, of_session
         from diagnosis.result import DIAGNOSIS
 
         job, found = self._job, self._ask(diagnose, self.effects, discrepancy)
@@ -123,7 +196,10 @@ class DiagnosisStage(Stage):
             for path in write_affected_twin(job.results, found.weighed.linear, twin, name, robot_file)
         ]
         result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
-        result = beside_exported_twin(result, self._fit.result().forecasts)
+        if self._reference is None:
+            result = beside_exported_twin(result, self._fit.result().forecasts)
+        else:
+            result = of_session(result, self._reference.folder_from(job))
         written = (*DIAGNOSIS.write(job.results, self._provenance, result), *models)
         self.mark(written)
         job.made.extend(written)
@@ -169,17 +245,20 @@ class DiagnosisStage(Stage):
         from diagnosis.discrepancy import discrepancy_for
         from diagnosis.linear_model import SessionData
 
-        job, trials = self._job, self._fit.trials
-        markers = trials[0].markers
-        data = SessionData(
-            trials,
-            Twin(job.robot, markers, workers=job.options.workers),
-            job.session.camera,
-            discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy,
-            np.array(self._fit.result().coefficients),
-            self._recordings.in_air,
-            doubted_trials(self._fit.result()),
-        )
+        job = self._job
+        markers = self._fit.trials[0].markers
+        twin = Twin(job.robot, markers, workers=job.options.workers)
+        known = discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy
+
+        def of(fit: FitStage, camera: CameraSpec, recordings: Recordings) -> SessionData:
+            found = fit.result()
+            at, doubted = np.array(found.coefficients), doubted_trials(found)
+            return SessionData(fit.trials, twin, camera, known, at, recordings.in_air, doubted)
+
+        data = of(self._fit, job.session.camera, self._recordings)
+        if (healthy := self._reference) is not None:
+            reference = of(healthy.fit, healthy.job.session.camera, healthy.recordings)
+            data = replace(data, at=reference.at, doubted=reference.doubted, reference=reference)
         return question(data, effects, Settings(self.effort, seed=job.session.seed), job.progress)
 
 

@@ -15,7 +15,7 @@ import pytest
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
-from diagnosis.hypotheses import Probabilities, average_hypotheses
+from diagnosis.hypotheses import Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel, free_decay_fits
 from diagnosis.places import responses
 from diagnosis.verdict import verdict_of
@@ -59,7 +59,7 @@ def seen(slower: float | None = None, logged: float | None = None) -> tuple[Line
     beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
     rings = () if slower is None else free_decay_fits([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
-    found = average_hypotheses(at, signatures(at), Priors())
+    found = average_hypotheses(error_sizes(at, signatures(at)), signatures(at), Priors())
     return found.linear, found.probabilities
 
 
@@ -92,7 +92,7 @@ def test_water_and_motors_do_not_move_it() -> None:
 @pytest.mark.long
 def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
     at = linear(0.03, -0.05)
-    assert average_hypotheses(at, signatures(at), Priors()).probabilities.null > 0.5
+    assert average_hypotheses(error_sizes(at, signatures(at)), signatures(at), Priors()).probabilities.null > 0.5
 
 
 @pytest.mark.long

@@ -193,7 +193,7 @@ def test_places_add_what_their_columns_explain() -> None:
     """Beside one effect with the likeliest size, by the density of the normal distribution."""
     places = ((1.0, SPACE.projected(np.eye(K)[[7, 9]]).T),)
     found = hypotheses(noise(3) + 10 * DIRECTIONS[2] + 8 * np.eye(K)[7], places=places)
-    residual = gaussian_evidence(found.like_any, [found.best[2]], False, found.priors.form_error)  # type: ignore[list-item]
+    residual = gaussian_evidence(found.like_any, [found.best[2]], False, found.priors)  # type: ignore[list-item]
     known = np.diag(residual.variance) + residual.columns @ residual.columns.T
     place = found.like_any.turn @ found.places[0][1]
     place /= np.linalg.norm(place)

@@ -11,7 +11,7 @@ from scipy.stats import norm
 from diagnosis import experiments
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _odds, _Pair, error_residual, next_experiments, odds_over_expected
-from diagnosis.hypotheses import Hypothesis, Probabilities, average_hypotheses
+from diagnosis.hypotheses import Hypothesis, Probabilities, average_hypotheses, error_sizes
 from diagnosis.result import Experiment
 from diagnosis.verdict import Verdict
 from fitting.signatures import signature_of
@@ -39,7 +39,10 @@ def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     told = replace(plain, model=type(plain.model)(beside))
     effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
     signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
-    found, verdict = average_hypotheses(told, signatures, Priors()), Verdict("inseparable", (group,))
+    found, verdict = (
+        average_hypotheses(error_sizes(told, signatures), signatures, Priors()),
+        Verdict("inseparable", (group,)),
+    )
     return next_experiments(found.linear, found.hypotheses, verdict, found.probabilities, effects)
 
 

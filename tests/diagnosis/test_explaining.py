@@ -13,7 +13,7 @@ import pytest
 from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Priors
-from diagnosis.hypotheses import average_hypotheses
+from diagnosis.hypotheses import average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel
 from diagnosis.verdict import verdict_of
 from fitting.signatures import Whitened
@@ -54,7 +54,7 @@ def linear(seed: int, error: float, gap: np.ndarray) -> LinearModel:
 @pytest.mark.parametrize("gap", [0.0, 15.0, 45.0])
 @pytest.mark.parametrize("error", [0.7, *later(1.4), 2.0])
 def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
-    found = average_hypotheses(linear(1, error, gap * DIRECTIONS[4]), catalogue(), Priors())
+    found = average_hypotheses(error_sizes(linear(1, error, gap * DIRECTIONS[4]), catalogue()), catalogue(), Priors())
     assert found.linear.error == error
     assert gap or verdict_of(found.probabilities).name == "no_gap"
     if gap >= 15 * error:
@@ -65,7 +65,9 @@ def test_what_few_sessions_show_far_more_of_makes_a_name_less_sure() -> None:
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
     row = cast(Row, linear(2, 0.7, 25.0 * DIRECTIONS[4]))
     usual, few = (
-        average_hypotheses(cast(LinearModel, replace(row, discrepancy=each)), catalogue(), Priors()).probabilities
+        average_hypotheses(
+            error_sizes(cast(LinearModel, replace(row, discrepancy=each)), catalogue()), catalogue(), Priors()
+        ).probabilities
         for each in (known, replace(known, heavy={"effect_4": (3.0, 0.1)}))
     )
     assert few.null > usual.null
@@ -73,11 +75,11 @@ def test_what_few_sessions_show_far_more_of_makes_a_name_less_sure() -> None:
 
 def test_probabilities_are_averaged_over_the_sizes_of_the_error() -> None:
     at = linear(3, 0.85, 8.5 * DIRECTIONS[4])
-    found = average_hypotheses(at, catalogue(), Priors())
+    found = average_hypotheses(error_sizes(at, catalogue()), catalogue(), Priors())
     alone = []
     for error in SCALES:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("diagnosis.hypotheses.SCALES", {error: 1.0})
-            alone.append(average_hypotheses(at, catalogue(), Priors()).probabilities.null)
+            alone.append(average_hypotheses(error_sizes(at, catalogue()), catalogue(), Priors()).probabilities.null)
     assert min(alone) < found.probabilities.null < max(alone)
     assert sum(found.probabilities.of.values()) == pytest.approx(1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence import Priors
-from diagnosis.hypotheses import Probabilities, average_hypotheses
+from diagnosis.hypotheses import Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import ForceResponses, LocalDiscrepancy, across, likely_of, local_discrepancies
 from diagnosis.verdict import verdict_of
@@ -83,7 +83,7 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     here.__dict__.update(residual=linear().residual + gap, slopes=linear().slopes, generic=linear().generic)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
     known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
-    found = average_hypotheses(here, known, Priors(), elsewhere).probabilities
+    found = average_hypotheses(error_sizes(here, known), known, Priors(), elsewhere).probabilities
     most = elsewhere[int(np.argmax(found.at_place))]
     assert most.place == "marker tail_4"
     assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8

@@ -12,7 +12,7 @@ from fitting.pool import forward_speed, tail_markers
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.mjcf import DRY, FluidCoefficients
-from swimcal.robot import load_robot
+from swimcal.robot import RobotSpec, load_robot
 from swimcal.runs import Runs
 from swimcal.twin import Twin
 from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
@@ -35,6 +35,7 @@ def exact_swims(
     noise_m: float = 0.0,
     seed: int = 0,
     lasts_s: float = 1 / 3,
+    robot: RobotSpec = ROBOT,
 ) -> tuple[MeasuredTrial, ...]:
     """Fit trials at some frequencies, from a forward start of 0.1 m/s.
 
@@ -45,6 +46,7 @@ def exact_swims(
         noise_m: standard deviation of tracking noise; of two that differ in sign alone one is the other's mirror image.
         seed: of the noise.
         lasts_s: of the noise in each marker.
+        robot: the robot that swims; the trials are measured as of the built-in one.
     """
     random = np.random.default_rng(seed)
     time_s = np.arange(round(seconds * FPS) + 1) / FPS
@@ -54,7 +56,7 @@ def exact_swims(
         phase_rad=2 * np.pi * np.random.default_rng(1).random(len(hz)),
         velocity=np.tile([-0.1, 0.0, 0.0], (len(hz), 1)),
     )
-    twin = exact_twin()
+    twin = Twin(robot, FISHSIM_MARKERS)
     marker_m = twin.simulate(runs, time_s).marker_m
     noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random, lasts_s)
     return tuple(_trial(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))

@@ -1,0 +1,329 @@
+"""Comparison with a reference session: how a healthy robot swims foretells how it would swim again.
+
+Reference and changed session are of the same robot, camera and water, filmed at about the same commands. The trials of
+both are jointly normal about the twin that was fitted to the reference. Effects act on the changed session alone; its
+trials are conditional on those of the reference (Rasmussen and Williams 2006, equation A.6), so that what both sessions
+have in common cancels: the error of the twin's water first of all. In the joint covariance:
+
+- what both share: coefficients and robot as in any session, the span of the responses of all effects, `SHARED_SD` prior
+  standard deviations wide, and an error of no particular cause that is smooth over frequency;
+- what differs from launch to launch: a little of every effect, trim, course, and a tilted camera's scale;
+- noise, boxes and the twin's own discrepancy, as in any session.
+
+The sizes of the smooth error, of the discrepancy and of what differs between launches are those that the reference
+makes likeliest; a changed session may have larger launches (`assumptions`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from diagnosis.constants import (
+    BETWEEN_LAUNCHES,
+    CLEAR_CHANGE,
+    COURSE_OF_LAUNCH,
+    ERROR_SIZES,
+    LAUNCH_SIZES,
+    MORE_IN_CHANGED,
+    SHARED_SD,
+    SLIDE_OF_LAUNCH_PER_S,
+    SMOOTH_SIZES_M,
+    USUAL_BETWEEN_LAUNCHES,
+)
+from diagnosis.discrepancy import generic_covariance
+from diagnosis.evidence import EffectResponse, Hypotheses
+from diagnosis.hypotheses import Assumed
+from diagnosis.linear_model import Given, LinearModel, SessionData
+from diagnosis.result import ComparedWith, Visible
+from fitting.affected_trials import with_picture
+from fitting.covariance import LN_LENGTH
+from fitting.decay_fit import NUMBERS as RING_NUMBERS
+from fitting.features import COURSE, advance_phase, places_of_slides
+from fitting.session_model import NuisanceModel, SessionModel
+from fitting.signatures import PRIOR_SD, Signature, little
+from fitting.trial import MeasuredTrial
+from swimcal.effects.effect import Effect
+from swimcal.errors import NotEnoughData
+
+_HELD_SD = np.full(5, 1e-4)  # What is left to the coefficients is in the covariance already.
+
+
+class Sizes(NamedTuple):
+    """Sizes of what disturbs two sessions.
+
+    Attributes:
+        error: size of the twin's own discrepancy, against most sessions.
+        smooth_m: size of the error of no particular cause that both sessions share, m.
+        launch: size of what differs from launch to launch, against the usual.
+    """
+
+    error: float
+    smooth_m: float
+    launch: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Linearised model of two sessions at the twin that was fitted to the reference.
+
+    Attributes:
+        joint: all trials: swims of the reference, fitted and held-out ones of the changed session, then dry runs.
+        groups: (t,) which session each trial belongs to: "reference", "changed" or "held_out".
+        rings: which session each free decay belongs to: "reference" or "changed".
+        signatures: what each effect does in all of them.
+    """
+
+    joint: LinearModel
+    groups: tuple[str, ...]
+    rings: tuple[str, ...]
+    signatures: tuple[Signature, ...] = ()
+
+    @classmethod
+    def of(cls, data: SessionData) -> "Comparison":
+        """Build the joint model of a session and its reference; dry runs count where both sessions have some.
+
+        Raises:
+            NotEnoughData: a session has no fitted swim.
+            SimulationDiverged: the twin diverged at the coefficients of the reference.
+        """
+        reference = data.reference
+        assert reference is not None, "a comparison needs a reference"
+        swims = {
+            "reference": reference.of_role(fitted=True),
+            "changed": data.of_role(fitted=True),
+            "held_out": data.of_role(fitted=False),
+        }
+        for name, session in (("reference", "the reference session"), ("changed", "the session")):
+            if not swims[name]:
+                raise NotEnoughData(f'no swim of role "fit" in {session}; a comparison needs at least one in each')
+        both_dry = bool(reference.dry.runs) and bool(data.dry.runs)
+        dry = {"reference": reference.dry.runs, "changed": data.dry.runs} if both_dry else {}
+        decays = {"reference": reference.rings.believed, "changed": data.rings.believed}
+        if not all(decays.values()):
+            decays = {}
+        every = [trial for part in (*swims.values(), *dry.values()) for trial in part]
+        joint = LinearModel.of(
+            [trial for part in swims.values() for trial in part],
+            data.twin,
+            with_picture(data.camera, every),
+            data.discrepancy,
+            reference.at,
+            [trial for part in dry.values() for trial in part],
+            [ring for part in decays.values() for ring in part],
+        )
+        groups = tuple(name for parts in (swims, dry) for name, part in parts.items() for _ in part)
+        return cls(joint, groups, tuple(name for name, part in decays.items() for _ in part))
+
+    def with_signatures(self, signatures: Sequence[Signature]) -> "Comparison":
+        """Return the comparison that knows what each effect does in all trials."""
+        return replace(self, signatures=tuple(signatures))
+
+    @cached_property
+    def of_changed(self) -> tuple[Signature, ...]:
+        """What each effect does in the fitted trials of the changed session."""
+        places = self._places(self._numbers("changed"), "changed")
+        features = places[places < len(self.joint.model.measured)]
+        beside = places[len(features) :] - len(self.joint.model.measured)
+        return tuple(
+            Signature(each.effect, each.values, each.features[:, features], each.beside[:, beside])
+            for each in self.signatures
+        )
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """The sizes that the reference makes likeliest."""
+        places = self._places(self._numbers("reference"), "reference")
+        residual = self.joint.residual[places]
+        found = {}
+        for error, smooth_m, launch in product(ERROR_SIZES, SMOOTH_SIZES_M, LAUNCH_SIZES):
+            sizes = Sizes(error, smooth_m, launch)
+            known = cho_factor(self._covariance(sizes, places), lower=True)
+            deviance = float(residual @ cho_solve(known, residual)) + 2 * float(np.log(np.diag(known[0])).sum())
+            chance = ERROR_SIZES[error] * SMOOTH_SIZES_M[smooth_m] * LAUNCH_SIZES[launch]
+            found[sizes] = np.log(chance) - deviance / 2
+        return max(found, key=lambda each: found[each])
+
+    def assumptions(self) -> tuple[Assumed, ...]:
+        """Return the model of the changed session for every size that its launches may have."""
+        found = self.sizes
+        return tuple(
+            Assumed(float(np.log(chance)), self.model_of("changed", found._replace(launch=more * found.launch)))
+            for more, chance in MORE_IN_CHANGED.items()
+        )
+
+    def model_of(self, group: str, sizes: Sizes, trials: Sequence[MeasuredTrial] | None = None) -> LinearModel:
+        """Return the model of trials of the changed session, given the reference.
+
+        Args:
+            group: "changed" or "held_out".
+            sizes: sizes of what disturbs the sessions.
+            trials: some of these trials; default all.
+        """
+        numbers = self._numbers(group)
+        if trials is not None:
+            wanted = {trial.name for trial in trials}
+            numbers = [i for i in numbers if self.joint.trials[i].name in wanted]
+        of_reference = self._places(self._numbers("reference"), "reference")
+        own = self._places(numbers, group)
+        both = np.concatenate([of_reference, own])
+        whole, known = self._covariance(sizes, both), len(of_reference)
+        factor = cho_factor(whole[:known, :known], lower=True)
+        across = whole[:known, known:]
+        foretold = across.T @ cho_solve(factor, self.joint.residual[of_reference])
+        covariance = whole[known:, known:] - across.T @ cho_solve(factor, across)
+        given = Given(
+            foretold,
+            (covariance + covariance.T) / 2,
+            _HELD_SD,
+            lambda trials: self.model_of("held_out", sizes, trials),
+        )
+        joint, features = self.joint, own[own < len(self.joint.model.measured)]
+        rings = tuple(ring for ring, whose in zip(joint.model.rings, self.rings, strict=True) if whose == group)
+        model = SessionModel(tuple(joint.model.trials[i] for i in numbers), rings)
+        disturbances = NuisanceModel(
+            joint.disturbances.noise[np.ix_(features, features)],
+            *(part[features] for part in joint.disturbances[1:]),
+        )
+        found = replace(joint, model=model, disturbances=disturbances, given=given, common=None)
+        found.__dict__.update(residual=joint.residual[own] - foretold, slopes=joint.slopes[own])
+        return found
+
+    def covariance_of(self, group: str, sizes: Sizes) -> np.ndarray:
+        """Return the covariance (k, k) of the trials of one session before the other is known."""
+        return self._covariance(sizes, self._places(self._numbers(group), group))
+
+    def compared_with(self, hypotheses: Hypotheses) -> ComparedWith:
+        """Return what the comparison rests on, and which changes it would show.
+
+        Args:
+            hypotheses: hypotheses of the changed session, with the responses to each effect.
+        """
+        swims = [self.joint.trials[i] for i in self._numbers("reference")]
+        return ComparedWith(
+            session="",
+            swims=tuple(trial.name for trial in swims),
+            launch_scatter=self.sizes.launch,
+            speeds={trial.name: (float(trial.frequency.hz), float(trial.speed)) for trial in swims},
+            visible={
+                signature.effect.name: seen
+                for signature, each in zip(self.of_changed, hypotheses.effects, strict=True)
+                if (seen := _visible(signature.effect, each)) is not None
+            },
+        )
+
+    def _numbers(self, group: str) -> list[int]:
+        return [i for i, whose in enumerate(self.groups) if whose == group]
+
+    def _places(self, numbers: Sequence[int], group: str) -> np.ndarray:
+        """Return the places in the joint row of what some trials, and the free decays of their session, measured."""
+        model = self.joint.model
+        count, features = len(model.trials), len(model.measured)
+        own = features // count
+        parts = [np.arange(own * i, own * (i + 1)) for i in numbers]
+        parts.append(features + np.array(numbers, int))
+        logged = [place for place, i in enumerate(model.logged) if i in numbers]
+        parts.append(features + count + np.array(logged, int))
+        first = model.places_of_rings.start
+        decays = [i for i, whose in enumerate(self.rings) if whose == group]
+        parts += [np.arange(RING_NUMBERS * i, RING_NUMBERS * (i + 1)) + first for i in decays]
+        return np.concatenate(parts)
+
+    def _covariance(self, sizes: Sizes, places: np.ndarray) -> np.ndarray:
+        """Return the covariance of some numbers of the joint row."""
+        square = np.ix_(places, places)
+        shared = self._shared[places]
+        return np.asarray(
+            self._known[square]
+            + sizes.error**2 * self._of_twin[square]
+            + shared @ shared.T
+            + sizes.smooth_m**2 * self._smooth[square]
+            + sizes.launch**2 * self._of_launch[square]
+        )
+
+    @cached_property
+    def _known(self) -> np.ndarray:
+        """Covariance (k, k) of noise and nuisances."""
+        return replace(self.joint, error=0.0).covariance
+
+    @cached_property
+    def _of_twin(self) -> np.ndarray:
+        """Covariance (k, k) of the twin's own discrepancy in most sessions."""
+        return self._padded(self.joint.discrepancy.over(self.joint.model))
+
+    @cached_property
+    def _slopes(self) -> Mapping[str, np.ndarray]:
+        """Columns (k, p) of one prior standard deviation of each parameter, by effect."""
+        found = {}
+        for each in self.signatures:
+            own = [(parameter.sd, little(each, i)) for i, parameter in enumerate(each.effect.parameters)]
+            columns = [sd * slope for sd, slope in own if slope is not None]
+            if columns:
+                found[each.effect.name] = np.nan_to_num(np.column_stack(columns))
+        return found
+
+    @cached_property
+    def _shared(self) -> np.ndarray:
+        """Columns (k, c) of what both sessions share: the coefficients, and all that effects do."""
+        return np.hstack([self.joint.slopes * PRIOR_SD, *(SHARED_SD * part for part in self._slopes.values())])
+
+    @cached_property
+    def _of_launch(self) -> np.ndarray:
+        """Covariance (k, k) of what usually differs from launch to launch."""
+        columns = np.hstack(
+            [BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * part for name, part in self._slopes.items()]
+        )
+        trial_of = self.joint.trial_of
+        together = np.equal.outer(trial_of, trial_of) & (trial_of >= 0)
+        return (columns @ columns.T) * together + np.diag(self._course_of_launch**2)
+
+    @cached_property
+    def _course_of_launch(self) -> np.ndarray:
+        """Standard deviations (k,) of course and slides between launches."""
+        model = self.joint.model
+        first = model.trials[0]
+        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+        own = np.zeros(len(model.measured) // len(model.trials))
+        slides = places_of_slides(len(own))
+        own[slides] = SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: slides.stop - slides.start])
+        own[-len(COURSE) :] = COURSE_OF_LAUNCH
+        return np.concatenate([np.tile(own, len(model.trials)), np.zeros(model.beside)])
+
+    @cached_property
+    def _smooth(self) -> np.ndarray:
+        """Covariance (k, k) of an error of one metre that is smooth over frequency, the same in both sessions."""
+        model = self.joint.model
+        first, count = model.trials[0], len(model.trials)
+        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+        directions = np.linalg.cholesky(generic_covariance(along_m, 1, 0)).T  # (g, g)
+        turned = advance_phase(np.repeat(directions[:, None], count, axis=1), model.phase_rad)  # (q, t, g)
+        columns = turned.reshape(len(turned), -1).T  # (t g, q)
+        ln_hz = np.log([each.trial.frequency.hz for each in model.trials])
+        clamped = np.array([each.twin.scene.head_clamped for each in model.trials])
+        alike = np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2) * np.equal.outer(clamped, clamped)
+        own = len(model.measured) // count
+        return self._padded((columns @ columns.T) * np.kron(alike, np.ones((own, own))))
+
+    def _padded(self, features: np.ndarray) -> np.ndarray:
+        whole = np.zeros((len(self.joint.observed),) * 2)
+        whole[: len(features), : len(features)] = features
+        return whole
+
+
+def _visible(effect: Effect, response: EffectResponse) -> Visible | None:
+    """Return the least change of the parameter that shows best; None for an effect that does nothing."""
+    found = []
+    for each in response.linear:
+        if len(each.parameters) == 1 and (seen := float(np.linalg.norm(each.columns))) > 0:
+            needed = CLEAR_CHANGE / seen
+            inside = bool(min(-each.low[0], needed) == needed or min(each.high[0], needed) == needed)
+            found.append((needed, each.parameters[0], inside))
+    if not found:
+        return None
+    needed, number, inside = min(found)
+    parameter = effect.parameters[number]
+    return Visible(parameter.name, needed * parameter.sd, parameter.unit, inside)

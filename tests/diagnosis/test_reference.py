@@ -1,0 +1,114 @@
+"""A reference session foretells what a changed one would show without change, whatever both have in common."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from diagnosis.diagnose import Diagnosis, Settings, diagnose
+from diagnosis.diagnosis_file import diagnosis_result
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.linear_model import SessionData
+from diagnosis.reference import Comparison, Sizes
+from diagnosis.sentences import where, which
+from fitting.dry_run import with_arm
+from fitting.signatures import signature_of
+from fitting.trial import MeasuredTrial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.errors import NotEnoughData
+from swimcal.twin import Twin
+from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, shorter
+from tests.fitting.exact_swims import exact_swims
+
+EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error", "joint_damping")}
+LONGER = 0.03  # by which the arm of the changed robot is longer
+
+
+@cache
+def swims(longer: float, seed: int) -> tuple[MeasuredTrial, ...]:
+    robot = with_arm(ROBOT, ROBOT.crank.arm_m * (1 + longer))
+    return exact_swims(hz=(0.7, 1.1), seconds=4.0, noise_m=3e-4, seed=seed, robot=robot)
+
+
+def data(longer: float, seed: int, twin: Twin) -> SessionData:
+    return SessionData(swims(longer, seed), twin, CAMERA, discrepancy_for(FISHSIM_MARKERS, ROBOT), AT)
+
+
+def compared(longer: float, twin: Twin) -> Diagnosis:
+    return diagnose(replace(data(longer, 5, twin), reference=data(0.0, 1, twin)), EFFECTS, Settings("quick"))
+
+
+@cache
+def wrong_twin() -> Twin:
+    """Of a robot that is described wrongly in both sessions."""
+    return Twin(shorter(0.02), FISHSIM_MARKERS, workers=1)
+
+
+@cache
+def joint() -> Comparison:
+    found = Comparison.of(replace(data(0.0, 5, wrong_twin()), reference=data(0.0, 1, wrong_twin())))
+    at = found.joint
+    return found.with_signatures([signature_of(each, at.model, CAMERA, at.at) for each in EFFECTS.values()])
+
+
+def test_what_both_sessions_share_is_no_change() -> None:
+    found = compared(0.0, wrong_twin())
+    assert found.said.verdict.name == "no_gap"
+    told = diagnosis_result(found)
+    assert told.reference is not None
+    assert told.reference.swims == ("f0.70", "f1.10")
+    assert "nothing changed" in which(told)
+    assert "launches" in where(told)
+    least = told.reference.visible["crank_arm_error"]
+    assert least.unit == "1"
+    assert 0 < least.value < LONGER
+
+
+def test_a_change_is_named_with_its_size_not_with_the_error_of_both() -> None:
+    found = compared(LONGER, wrong_twin())
+    assert found.said.verdict.groups == (("crank_arm_error",),)
+    best = found.said.best
+    assert best is not None
+    sd = float(np.sqrt(best.covariance[5, 5]))
+    assert best.values[0] == pytest.approx(LONGER, abs=max(3 * sd, 0.01))
+
+
+def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> None:
+    both, sizes = joint(), Sizes(1.0, 0.003, 1.0)
+    given = both.model_of("changed", sizes)
+    before, after = (np.sqrt(np.diag(each)) for each in (both.covariance_of("changed", sizes), given.covariance))
+    assert (after <= before + 1e-12).all()
+    assert after[0] < 0.5 * before[0]  # the speed, which the reference tells best
+    assert np.linalg.norm(given.foretold) > 0
+    assert np.linalg.eigvalsh(given.covariance).min() > 0
+    rows = both.of_changed[0]
+    assert rows.rows.shape[1] == len(given.residual)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_order_of_the_trials_changes_nothing(order: tuple[int, ...]) -> None:
+    twin = wrong_twin()
+    turned = [swims(0.0, 5)[i] for i in order]
+    changed = replace(data(0.0, 5, twin), trials=turned, reference=data(0.0, 1, twin))
+    both = Comparison.of(changed)
+    both = both.with_signatures([signature_of(EFFECTS["bend_offset"], both.joint.model, CAMERA, both.joint.at)])
+    found = both.model_of("changed", Sizes(1.0, 0.003, 1.0))
+    distance = float(found.space.length(found.residual))
+    if order == (0, 1):
+        ORDERED.append(distance)
+    assert distance == pytest.approx(ORDERED[0], rel=1e-6)
+
+
+ORDERED: list[float] = []
+
+
+def test_a_reference_without_a_fitted_swim_is_refused() -> None:
+    twin = wrong_twin()
+    held = [each.with_role("holdout") for each in swims(0.0, 1)]
+    changed = replace(data(0.0, 5, twin), reference=replace(data(0.0, 1, twin), trials=held))
+    with pytest.raises(NotEnoughData, match="reference session"):
+        Comparison.of(changed)
