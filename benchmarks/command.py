@@ -129,6 +129,39 @@ def effects(
         print(f"{failure.name}: {failure.message}")
 
 
+def pairs(
+    folder: Annotated[Path, typer.Argument(help="of the pairs")],
+    part: Annotated[
+        Literal["make", "diagnose", "score"], typer.Option(help="make the pairs; diagnose them; score the diagnoses")
+    ] = "make",
+    generator: Annotated[
+        Literal["reality", "wake"], typer.Option(help="the second simulator, or the swimmer that sheds its wake")
+    ] = "reality",
+    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    healthy: Annotated[int, typer.Option(min=0, help="pairs without a change")] = 20,
+    changed: Annotated[int, typer.Option(min=0, help="pairs with one effect in the second session")] = 30,
+    workers: Annotated[int, typer.Option(min=0, help="pairs at a time; 0: one on each core")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make pairs of a healthy and a changed session, have the change diagnosed with the reference, and score that."""
+    from benchmarks.cases import Run
+    from benchmarks.effects.pair_scoring import diagnose_pairs, score_pairs, scores_of
+    from benchmarks.effects.pairs import make_pairs, plan_pairs
+    from calib.options import progress_bar
+
+    if part == "make":
+        made = make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed))
+        print(json.dumps({"made": len(made)}) if as_json else f"{len(made)} made")
+    elif part == "diagnose":
+        with progress_bar(as_json) as progress:
+            failures = diagnose_pairs(folder, Run(workers, None, progress))
+        print(json.dumps({"failed": [f._asdict() for f in failures]}) if as_json else f"{len(failures)} failed")
+        for failure in [] if as_json else failures:
+            print(f"{failure.name}: {failure.message}")
+    else:
+        _print(scores_of(score_pairs(folder), f"python -m benchmarks pairs {folder} --part score"), as_json)
+
+
 def foreign(
     folder: Annotated[Path, typer.Option(help="for sessions.jsonl, a line a session; what it holds is not run again")],
     count: Annotated[int, typer.Option(min=0, help="sessions; 0: only the table of what is there")] = 300,
@@ -191,6 +224,7 @@ COMMANDS: dict[Callable[..., None], str] = {
     tracking: "tracking --part accuracy",
     posterior: "posterior --folder scores --first 2000 --count 30",
     effects: "effects suite --part make --suite small --seed 1",
+    pairs: "pairs pairs --part make --generator wake --seed 1",
     foreign: "foreign --folder foreign --count 300",
     gym: "gym --session pool",
 }

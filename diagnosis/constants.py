@@ -105,8 +105,8 @@ MORE_IN_CHANGED = {1.0: 0.6, 2.0: 0.3, 4.0: 0.1}
 """Prior probabilities of how much more launches of the changed session differ."""
 STRONGEST_CHANGE_SD = 8.0
 """Largest change, in prior standard deviations of an effect: else two strong ones may cancel."""
-FORM_ERROR_OF_CHANGE = (0.1, 0.2)
-"""Shares of its norm that the form of a change may miss, without a limit. Prototype."""
+FORM_ERROR_OF_CHANGE = (0.1, 0.2, 0.4)
+"""Shares of its norm that the form of a change may miss, without a limit. Development."""
 
 # A gap of no particular cause, for one metre of displacement
 SPEED_PER_M = 1.0

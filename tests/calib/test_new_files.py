@@ -87,3 +87,42 @@ def test_faults_are_reported_at_once_and_nothing_is_left(
 ) -> None:
     assert_reports(calib("new", tmp_path / "pool", *(option.format(own=own) for option in options)), *parts)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["recorded"]
+
+
+def test_a_session_like_another_repeats_its_commands_roles_robot_and_lens(own: Path, tmp_path: Path) -> None:
+    tracks = [own / "f1_00.csv", own / "swim f0_60.csv"]
+    healthy = front.new_session(tmp_path / "healthy", tracks=tracks, fps=60, commands_hz=[1.1, 0.7], fit=["f1_00"])
+    lens = "[camera]\nwidth_px = 1280\nheight_px = 720\nfx_px = 900.0\nfy_px = 900.0\ncx_px = 640.0\ncy_px = 360.0\n"
+    (healthy / "camera.toml").write_text(lens)
+    toml = healthy / "session.toml"
+    toml.write_text(toml.read_text().replace("# calibration", "calibration"))
+
+    other = front.open_session(front.new_session(tmp_path / "changed", tracks=tracks, like=healthy))
+
+    assert {trial.name: (trial.commanded_hz, trial.role) for trial in other.trials} == {
+        "f1_00": (1.1, "fit"),
+        "swim_f0_60": (0.7, "holdout"),
+    }
+    assert other.camera.fps == pytest.approx(60.0)
+    assert other.camera.calibration == front.open_session(healthy).camera.calibration is not None
+
+
+def test_trials_without_a_counterpart_are_told(calib: Front, own: Path, tmp_path: Path) -> None:
+    healthy = front.new_session(tmp_path / "healthy", tracks=own / "f1_00.csv", fps=60, fit=["f1_00"])
+    outcome = calib("new", tmp_path / "changed", "--tracks", own / "swim f0_60.csv", "--like", healthy)
+    assert outcome.code == 0, outcome.err
+    assert "no trial of healthy has the name of swim_f0_60" in outcome.out
+    assert "healthy also has f1_00" in outcome.out
+
+
+def test_a_reference_must_be_another_session_of_the_same_robot(calib: Front, own: Path, tmp_path: Path) -> None:
+    given = {"tracks": own / "f1_00.csv", "fps": 60, "fit": ["f1_00"]}
+    session = front.new_session(tmp_path / "one", **given)
+    assert_reports(calib("diagnose", session, "--reference", session), "a session is its own reference")
+    usual = ROOT / "swimcal" / "robots" / "fish_057.toml"
+    heavy = tmp_path / "heavy.toml"
+    heavy.write_text(usual.read_text().replace("density_kg_m3 = 1000.0", "density_kg_m3 = 1025.0", 1))
+    other = front.new_session(tmp_path / "other", robot=heavy, **given)
+    assert_reports(calib("diagnose", other, "--reference", session), "another robot than the reference's")
+    assert not (other / "results" / "calibration.json").exists()
+    assert not (session / "results" / "calibration.json").exists()
