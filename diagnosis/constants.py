@@ -105,6 +105,8 @@ MORE_IN_CHANGED = {1.0: 0.6, 2.0: 0.3, 4.0: 0.1}
 """Prior probabilities of how much more launches of the changed session differ."""
 STRONGEST_CHANGE_SD = 8.0
 """Largest change, in prior standard deviations of an effect: else two strong ones may cancel."""
+ONE_CHANGE = (0.5, 0.5)
+"""Prior probabilities of no change and of one: who compares with a reference changes one thing."""
 FORM_ERROR_OF_CHANGE = (0.1, 0.2, 0.4)
 """Shares of its norm that the form of a change may miss, without a limit. Development."""
 

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.constants import ADEQUATE, FORM_ERROR, FORM_ERROR_OF_CHANGE, MOST_LEFT, STRONGEST_CHANGE_SD
+from diagnosis.change import weigh_refits
+from diagnosis.constants import ADEQUATE, FORM_ERROR, FORM_ERROR_OF_CHANGE, MOST_LEFT, ONE_CHANGE, STRONGEST_CHANGE_SD
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
@@ -143,7 +144,8 @@ def diagnose(
         tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
         return refit_effects(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
-    said = _name_effects(weighed, refitting, settings, len(effects))
+    naming = _name_effects if data.reference is None else _name_change
+    said = naming(weighed, refitting, settings, len(effects))
     if data.doubted and said.verdict.effects:
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
@@ -192,7 +194,14 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
 
 def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
     """Weigh what may have changed since the reference session."""
-    priors = replace(priors, form_error=FORM_ERROR_OF_CHANGE, most_wrong=np.inf, strongest=STRONGEST_CHANGE_SD)
+    priors = replace(
+        priors,
+        form_error=FORM_ERROR_OF_CHANGE,
+        most_wrong=np.inf,
+        strongest=STRONGEST_CHANGE_SD,
+        by_part=True,
+        number=ONE_CHANGE,
+    )
     tell("the plain twin in both sessions", 0.0)
     both = Comparison.of(data)
     joint, signatures = both.joint, []
@@ -229,10 +238,7 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
     for name in gone:
         probabilities = probabilities.refuted(name)
     verdict = verdict.without(gone, probabilities) if gone else verdict
-    most_stays = _remainder(weighed, best).share > MOST_LEFT
-    if most_stays and weighed.linear.given is not None:  # of a change the half must be told before it has a name
-        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
-    most_stays = most_stays and probabilities.with_other > 0.5
+    most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
         verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
@@ -242,6 +248,19 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
         return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
     said = Validated(verdict, probabilities, best)
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
+
+
+def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Settings, _effects: int) -> Validated:
+    """Return the verdict on a change since a reference; more than half of it must be told before it has a name."""
+    probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
+    if verdict.name == "no_gap":
+        return Validated(verdict, probabilities, None)
+    probabilities, refits = weigh_refits(weighed.linear, weighed.hypotheses, probabilities, refitting)
+    verdict = verdict_of(probabilities)
+    best = refits.get(verdict.first[0]) if verdict.first else None
+    if best is not None and _remainder(weighed, best).share <= MOST_LEFT:
+        return Validated(verdict, probabilities, best)
+    return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
 
 
 def _everything(

@@ -30,6 +30,7 @@ from fitting.signatures import Signature, Whitened, pieces
 
 # Responses
 _SAME = 0.1  # relative difference up to which two slopes count as one
+_USUAL_SD = 3.0  # strengths at which form errors are taken, in standard deviations: not held back, but finite
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing
 
 # Evidence
@@ -51,6 +52,7 @@ class LinearResponse:
         bounds: (2, p) ends of what the parameters may be at all.
         size: root mean square norm of the effect under its prior, the same for all its ranges.
         before_refit: that norm before coefficients are refitted, over `size`: the form error is a share of this.
+        parts: (g, q, p) what it does to each part of the row alone; none where a form error has no parts.
     """
 
     parameters: tuple[int, ...]
@@ -61,6 +63,7 @@ class LinearResponse:
     bounds: np.ndarray
     size: float
     before_refit: float
+    parts: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
         """Return the strengths (p,) within bounds, in sd, that come nearest to a residual (q,).
@@ -98,7 +101,7 @@ class EffectResponse:
 
 
 def effect_responses(
-    signatures: Sequence[Signature], space: Whitened, strongest: float = np.inf
+    signatures: Sequence[Signature], space: Whitened, strongest: float = np.inf, parts: np.ndarray | None = None
 ) -> tuple[EffectResponse, ...]:
     """Return the responses of signatures, in their order.
 
@@ -108,26 +111,32 @@ def effect_responses(
         signatures: what each effect does.
         space: the whitened residual space.
         strongest: largest strength, in standard deviations of the parameters' priors.
+        parts: (g, k) which numbers of the row belong to each part whose size a form error changes by itself; default
+            none.
     """
+    parts = np.zeros((0, len(space.root))) if parts is None else parts
     return tuple(
-        EffectResponse(each.effect.name, each.effect.stage, _ways(each, space, strongest)) for each in signatures
+        EffectResponse(each.effect.name, each.effect.stage, _ways(each, space, strongest, parts)) for each in signatures
     )
 
 
 class _Range(NamedTuple):
     """One range of one parameter, in standard deviations.
 
-    It has two ends, a column (q,), and the column's norm before coefficients are refitted.
+    It has two ends, a column (q,), the column's norm before coefficients are refitted, and its parts (g, q).
     """
 
     low: float
     high: float
     column: np.ndarray
     before_refit: float
+    parts: np.ndarray
 
 
-def _ways(signature: Signature, space: Whitened, strongest: float) -> tuple[tuple[LinearResponse, ...], ...]:
-    every = {number: _ranges(signature, number, space, strongest) for number in range(signature.values.shape[1])}
+def _ways(
+    signature: Signature, space: Whitened, strongest: float, parts: np.ndarray
+) -> tuple[tuple[LinearResponse, ...], ...]:
+    every = {number: _ranges(signature, number, space, strongest, parts) for number in range(signature.values.shape[1])}
     every = {number: own for number, own in every.items() if own}
     alone = [tuple(_response(signature, {number: one}, [own]) for one in own) for number, own in every.items()]
     if len(alone) <= 1:
@@ -136,7 +145,7 @@ def _ways(signature: Signature, space: Whitened, strongest: float) -> tuple[tupl
     return ((_response(signature, together, list(every.values())),), *alone)
 
 
-def _ranges(signature: Signature, number: int, space: Whitened, strongest: float) -> list[_Range]:
+def _ranges(signature: Signature, number: int, space: Whitened, strongest: float, parts: np.ndarray) -> list[_Range]:
     """Return the ranges of one parameter; neighbours with the same slope are joined."""
     sd = signature.effect.parameters[number].sd
     most = strongest * sd
@@ -147,12 +156,13 @@ def _ranges(signature: Signature, number: int, space: Whitened, strongest: float
     rows = sd * np.array([piece.slope for piece in all_pieces])
     columns, norms = space.projected(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
     found: list[_Range] = []
-    for piece, column, norm in zip(all_pieces, columns, norms, strict=True):
+    for piece, row, column, norm in zip(all_pieces, rows, columns, norms, strict=True):
         last = found[-1] if found else None
         if last is not None and np.linalg.norm(column - last.column) <= _SAME * np.linalg.norm(last.column):
             found[-1] = last._replace(high=piece.high / sd)
         else:
-            found.append(_Range(piece.low / sd, piece.high / sd, column, float(norm)))
+            of_parts = space.projected(parts * row)
+            found.append(_Range(piece.low / sd, piece.high / sd, column, float(norm), of_parts))
     return found if any(np.linalg.norm(each.column) > _SILENT for each in found) else []
 
 
@@ -175,6 +185,7 @@ def _response(signature: Signature, chosen: dict[int, _Range], every: Sequence[S
         bounds=np.array([[own[0].low for own in every], [own[-1].high for own in every]]),
         size=size,
         before_refit=float(np.linalg.norm([one.before_refit for one in whole])) / size,
+        parts=np.stack([one.parts for one in chosen.values()], axis=-1),
     )
 
 
@@ -194,6 +205,7 @@ class Priors:
         differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
         most_wrong: largest whitened norm of a form error: a larger residual is due to something else.
         strongest: largest strength of an effect, in standard deviations of its parameters.
+        by_part: whether a form error also changes the size of each part of a response by itself.
     """
 
     form_error: tuple[float, ...] = (0.2, 0.5)
@@ -204,6 +216,7 @@ class Priors:
     differs: float = 0.05
     most_wrong: float = MOST_WRONG
     strongest: float = np.inf
+    by_part: bool = False
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:
         """Return the log prior probability of one set of effects.
@@ -290,6 +303,8 @@ def gaussian_evidence(
         other: whether there is an unknown effect besides.
         priors: which shares of their norm the responses may miss.
     """
+    if priors.by_part and responses:
+        return _evidence_by_part(residual, responses, other, priors)
     axes = [*map(_sizes, responses), SIZES if other else [0.0], priors.form_error if responses else [0.0]]
     grid = np.array(list(product(*axes)))  # (s, r + 2)
     parts = [residual.turn @ each.columns / each.size for each in responses]
@@ -313,6 +328,53 @@ def gaussian_evidence(
         logs += (log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(least, most)).sum(axis=1)
     best = int(np.argmax(logs))
     return GaussianEvidence(_mean(logs), columns * sizes[best], variance[best])
+
+
+def _evidence_by_part(
+    residual: Residual, responses: Sequence[LinearResponse], other: bool, priors: Priors
+) -> GaussianEvidence:
+    """Return the same where the form error is a share of each part of the response, as strong as in the residual.
+
+    The covariance is that of a form error e of each part by itself, and of the same share without structure:
+
+        I + sum_k s_k^2 D_k D_k' + e^2 F F' + (e^2 |F|^2 + u^2) G
+
+    F holds the parts of what all effects do together, at the strengths that come nearest to the residual: two that
+    nearly cancel have no more form error than what is left of them.
+    """
+    columns = np.hstack([residual.turn @ each.columns for each in responses])  # (q, p)
+    own = np.array([each.columns.shape[1] for each in responses])
+    ridge = np.eye(len(columns.T)) / _USUAL_SD**2
+    strength = np.linalg.solve(columns.T @ columns + ridge, columns.T @ residual.value)
+    ends = np.cumsum(own)[:-1]
+    forms = [each.parts @ values for each, values in zip(responses, np.split(strength, ends), strict=True)]  # (g, q')
+    form = residual.turn @ np.sum(forms, axis=0).T  # (q, g)
+    size = np.linalg.norm(columns @ strength)
+    sizes = np.array(list(product(*map(_sizes, responses))))  # (s, r)
+    scales = np.repeat(sizes / [each.size for each in responses], own, axis=1)  # (s, p)
+    ends_of = [np.vstack([each.low, each.high, each.bounds]) for each in responses]
+    low, high, least, most = np.hstack(ends_of)[:, None] / scales
+    bounded = log_mass(least, most)
+    logs, best = [], (-np.inf, np.zeros((0, 0)), np.zeros(0))
+    sides = np.column_stack([columns, residual.value])
+    for share, unknown in product(priors.form_error, SIZES if other else [0.0]):
+        variance = 1 + ((share * size) ** 2 + unknown**2) / len(residual.value) * residual.spread
+        weighed, scaled = sides / variance[:, None], share * form / np.sqrt(variance)[:, None]
+        inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
+        across = (share * form).T @ weighed
+        gram = sides.T @ weighed - across.T @ np.linalg.solve(inner, across)  # (p + 1, p + 1)
+        volume = float(np.log(variance).sum() + np.linalg.slogdet(inner)[1])
+        precision = np.eye(len(strength)) + scales[:, :, None] * gram[:-1, :-1] * scales[:, None]
+        along, covariance = scales * gram[:-1, -1], np.linalg.inv(precision)
+        mean = (covariance @ along[:, :, None])[:, :, 0]
+        squares = gram[-1, -1] + volume - (along * mean).sum(axis=1)
+        sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        inside = (log_mass((low - mean) / sd, (high - mean) / sd) - bounded).sum(axis=1)
+        found = -0.5 * (squares + np.linalg.slogdet(precision)[1]) + inside
+        logs.append(found)
+        if (most_likely := int(np.argmax(found))) >= 0 and found[most_likely] > best[0]:
+            best = float(found[most_likely]), np.hstack([columns * scales[most_likely], share * form]), variance
+    return GaussianEvidence(_mean(np.concatenate(logs)), best[1], best[2])
 
 
 def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:

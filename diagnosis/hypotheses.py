@@ -149,9 +149,10 @@ class HypothesisWeights(NamedTuple):
         shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
         for present in [(), *((i,) for i in shows)]:
             _weigh(hypotheses, logs, present)
-        for pair in _pairs(logs, shows):
+        most = min(MOST_EFFECTS, len(hypotheses.priors.number) - 1)
+        for pair in _pairs(logs, shows) if most > 1 else ():
             _weigh(hypotheses, logs, pair)
-        for size in range(3, MOST_EFFECTS + 1):
+        for size in range(3, most + 1):
             for present in _larger(logs, shows, size):
                 _weigh(hypotheses, logs, present)
         return cls(logs, _weigh_places(hypotheses, logs))
@@ -271,7 +272,8 @@ def average_hypotheses(
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
     probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
     most = max(probabilities.of, key=lambda key: probabilities.of[key])
-    needed = needed_in_mixture(likeliest, hypotheses, most.present) if most.other else ()
+    may_mix = most.other and len(priors.number) > MOST_EFFECTS
+    needed = needed_in_mixture(likeliest, hypotheses, most.present) if may_mix else ()
     return AveragedHypotheses(likeliest, hypotheses, probabilities.with_needed(needed))
 
 
@@ -311,7 +313,8 @@ def _hypotheses(
     priors: Priors,
     places: Sequence[LocalDiscrepancy],
 ) -> Hypotheses:
-    effects, features = effect_responses(signatures, linear.space, priors.strongest), len(linear.model.measured)
+    parts = linear.parts if priors.by_part else None
+    effects, features = effect_responses(signatures, linear.space, priors.strongest, parts), len(linear.model.measured)
     frequencies = slice(features, features + linear.model.frequencies)
     return Hypotheses(
         like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),

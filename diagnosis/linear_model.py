@@ -17,6 +17,7 @@ from diagnosis.discrepancy import Discrepancy, GaussianProcessDiscrepancy, gener
 from fitting.affected_trials import with_picture
 from fitting.covariance import apart
 from fitting.decay_fit import fit_decay
+from fitting.features import SPEED, marker_part
 from fitting.free_decay import DecayTrial
 from fitting.hinges import fault_of_decay
 from fitting.ring import Ring
@@ -205,6 +206,20 @@ class LinearModel:
         """
         root = np.linalg.cholesky(self.covariance[np.ix_(self.scored, self.scored)])
         return np.asarray(solve_triangular(root, residual[..., self.scored].T, lower=True).T)
+
+    @cached_property
+    def parts(self) -> np.ndarray:
+        """Parts of the row that a form error changes one by one, (g, k): in each trial five of the swim, and decays."""
+        model, trials = self.model, len(self.trials)
+        own = len(model.measured) // trials
+        kind = np.full(own, 1)
+        kind[SPEED] = 0
+        marker_part(kind)[:, 0, 1:3] = 2  # how the first harmonic moves along the fish
+        marker_part(kind)[:, 1, 1:3] = 3  # and across
+        marker_part(kind)[..., 3:] = 4
+        beside = np.zeros(len(self.observed) - own * trials, int)
+        whole = 5 * self.trial_of + np.concatenate([np.tile(kind, trials), beside])
+        return np.array([whole == number for number in np.unique(whole)])
 
     @property
     def has_dry(self) -> bool:
