@@ -119,6 +119,11 @@ class MeasuredTrial:
     beat: SwimFrequency | None = None
     logged_hz: float | None = None
 
+    def __repr__(self) -> str:
+        size = f"{len(self.markers)} markers, {len(self.time_s)} frames"
+        motion = f"{self.frequency.hz:.3f} Hz, {1000 * self.speed:.1f} mm/s"
+        return f"<MeasuredTrial {self.name}: {self.role}, {motion}, {size}>"
+
     @cached_property
     def markers(self) -> tuple[str, ...]:
         """Names of the m markers."""

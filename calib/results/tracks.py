@@ -13,7 +13,7 @@ import pandas as pd
 
 from calib.results.result import Tables, flag_frame
 from fitting.trial import MeasuredTrial
-from reports.words import counted
+from reports.words import counted, percent
 from swimcal.flags import Flag
 from swimcal.session import Session
 from tracking.boxes import StartBoxes
@@ -72,11 +72,11 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         'fast'
     """
 
-    session: Session = field(repr=False)
-    tracked: Mapping[str, xr.Dataset] = field(repr=False)
-    measured: Mapping[str, MeasuredTrial] = field(repr=False)
-    flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
-    filmed: FilmedTracks = field(repr=False)
+    session: Session
+    tracked: Mapping[str, xr.Dataset]
+    measured: Mapping[str, MeasuredTrial]
+    flags: Mapping[str, tuple[Flag, ...]]
+    filmed: FilmedTracks
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
@@ -93,6 +93,11 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
 
     def __len__(self) -> int:
         return len(self.tracked)
+
+    def __repr__(self) -> str:
+        frame = self.to_frame()
+        trials = f"{counted(len(frame), 'trial')}, {int(frame.frames.sum())} frames"
+        return f"<TrackResult {self.session.name}: {trials}, {percent(frame.seen.mean())} of the samples seen>"
 
     @property
     def left_out(self) -> tuple[Flag, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -48,7 +48,12 @@ class SwimTwin:
 
     robot: RobotSpec
     coefficients: FluidCoefficients
-    engine: Twin = field(repr=False)
+    engine: Twin
+
+    def __repr__(self) -> str:
+        effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
+        names = ", ".join(effect.name for effect in effects)
+        return f"<SwimTwin {self.robot.name}: {self.coefficients}; effects: {names or 'none'}>"
 
     @property
     def model(self) -> mujoco.MjModel:

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -278,3 +279,39 @@ def test_a_file_of_the_user_that_hides_a_package_is_named(name: str, tmp_path: P
     assert f"{tmp_path / name}.py hides the package `{name}`" in shown.stdout
     assert "Rename the file" in shown.stdout
     assert shown.stderr == ""
+
+
+def test_a_result_shows_itself_in_one_line_with_its_numbers_and_units(whole: Path) -> None:
+    """As the last line of a notebook's cell does, or a debugger."""
+    session, fit = front.open_session(whole), front.fit(whole, **QUIET)
+    calibration = fit.read()
+    posterior, gap, tracks = front.posterior(whole, **QUIET), front.diagnose(whole, **QUIET), front.track(whole)
+    test = front.effect_test(whole, ["scale_error"], **QUIET)
+    trial = calibration.trials[0]
+    number = r"[−\d.,]+"
+    for shown, pattern in (
+        (session, r"<Session synthetic: 2 trials \(1 to fit\), 9 markers, 60 frames/s>"),
+        (session.trial("slow"), r"<TrialSpec slow: swim, fit, commanded 0\.82 Hz; slow\.csv\.gz>"),
+        (fit, rf"<FitResult synthetic: markers {number} mm, speed {number} mm/s off over 1 held-out trial; \w+>"),
+        (
+            posterior,
+            rf"<PosteriorResult synthetic: \d of 5 coefficients determined; at least {number} effective draws, "
+            rf"R-hat {number} at most; [\w ]+>",
+        ),
+        (
+            gap,
+            rf"<GapResult synthetic: [\w ]+, most probable [\w ]+ \({number}\); held out: "
+            rf"markers {number} mm without and {number} with effects, speed {number} and {number} mm/s>",
+        ),
+        (test, rf"<EffectTest synthetic: scale error; log Bayes factor over the plain twin {number}>"),
+        (tracks, rf"<TrackResult synthetic: 2 trials, \d+ frames, {number} % of the samples seen>"),
+        (front.load_twin(whole, effects=["tendon_slack"]), r"<SwimTwin [\w .]+: blunt drag .*; effects: tendon_slack>"),
+        (trial.measured, rf"<MeasuredTrial slow: fit, 0\.{number} Hz, {number} mm/s, 9 markers, \d+ frames>"),
+        (
+            trial,
+            rf"<CalibratedTrial slow: fit, {number} Hz, {number} mm/s, twin {number} mm/s, markers {number} mm off>",
+        ),
+        (calibration, rf"<Calibration: 2 trials; blunt drag {number}, .*, magnus lift {number}>"),
+        (fit.trials["slow"], rf"<TrialResult: fit, {number} Hz, {number} mm/s, twin .* mm/s, markers {number} mm off>"),
+    ):
+        assert re.fullmatch(pattern, repr(shown)), repr(shown)
