@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calib.results.gap import interval_lines
-from calib.results.result import FitFigures, Result, StructureFigures, flag_frame, flag_lines, forecast_frame
+from calib.results.result import TIME, FitFigures, Result, StructureFigures, flag_frame, flag_lines, forecast_frame
 from diagnosis.result import DiagnosisResult
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import CalibrationResult, PublishedResult, TrialResult
@@ -146,9 +146,9 @@ class FitResult(Result):
         """Compare a swim trial as measured with the twin, which is simulated again.
 
         Returns:
-            Dimensions `time` (s), `space` and `keypoint`. Variables `measured` and `twin` (time, space, keypoint), m,
-            in the head frame (published normaliser), aligned in the first compared frame; `weight` (time, keypoint), 0
-            where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
+            Dimensions `time` (s), `space` (x, y) and `keypoint`. Variables `measured` and `twin` (time, space,
+            keypoint), m, in the head frame (published normaliser), aligned in the first compared frame; `weight` (time,
+            keypoint), 0 where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
 
         Raises:
             InputError: no such trial, or the fit was replaced.
@@ -168,7 +168,8 @@ class FitResult(Result):
                 "weight": measured.tracks.weight,
                 "compared": (("time",), measured.kept),
                 "scored": (("time",), measured.scored),
-            }
+            },
+            {"time": ("time", measured.time_s, TIME), "space": ["x", "y"]},
         )
 
     @cached_property

@@ -47,6 +47,8 @@ from reports.words import (
 from swimcal.flags import Flag
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fitting.posterior.summary import PosteriorSummary
     from fitting.session_forecast import SessionForecast
 
@@ -84,6 +86,24 @@ class PosteriorResult(Result):
         from fitting.posterior.quiet_arviz import arviz
 
         return arviz.from_netcdf(str(self.file), engine="h5netcdf")
+
+    @cached_property
+    def sweep(self) -> xr.Dataset:
+        """The forward speed over frequency that the draws predict.
+
+        Dimensions `quantile` (0.05 to 0.95) and `frequency` (Hz); variables `speed`, the expected one, and
+        `another_trial`, that of a trial that could still be swum, m/s.
+        """
+        import xarray as xr
+
+        from fitting.posterior.prediction import QUANTILES  # it loads ArviZ
+
+        found, places = self.data.sweep, ("quantile", "frequency")
+        speed = {"units": "m/s", "long_name": "forward speed"}
+        return xr.Dataset(
+            {"speed": (places, found.inner, speed), "another_trial": (places, found.outer, speed)},
+            {"quantile": list(QUANTILES), "frequency": ("frequency", found.frequency_hz, {"units": "Hz"})},
+        )
 
     @property
     def coefficients(self) -> Mapping[str, Marginal]:

@@ -25,6 +25,8 @@ from swimcal.stage import Stage
 if TYPE_CHECKING:
     from fitting.session_forecast import SessionForecast
 
+TIME = {"long_name": "time (s)"}
+"""Attributes of times in datasets for users: with `units`, a reader of the file would take them for dates."""
 _MOTIONS = ("envelope", "path", "lateral")
 """Figures of a trial that need no other trial."""
 
