@@ -1,5 +1,6 @@
 """The recording that `calib view` shows: videos, tracks, and once there is a fit, the twin and the missing forces."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -66,16 +67,27 @@ def open_viewer(recording: Path) -> None:
     """Start the viewer that was installed with this program, else the one on the path, without waiting for it.
 
     Raises:
-        SwimcalError: there is none, or it cannot be started.
+        SwimcalError: there is none, no display, or it cannot be started.
     """
     scripts = str(Path(sys.executable).parent)
     viewer = shutil.which("rerun", path=scripts) or shutil.which("rerun")
     if viewer is None:
         raise _not_opened(recording, f"no command `rerun` in {scripts} or on the path")
+    if not _has_display():
+        raise SwimcalError(
+            f"no display here (DISPLAY and WAYLAND_DISPLAY are not set): copy {recording} to a computer with a screen "
+            f"and run `rerun {recording.name}` there, or run `{viewer} --serve-web {recording}` here and open the "
+            "address that it prints in a browser."
+        )
     try:
         subprocess.Popen([viewer, str(recording)], start_new_session=True)
     except OSError as error:
         raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
+
+
+def _has_display() -> bool:
+    """Return whether a window can be opened; other systems than Linux always have a desktop."""
+    return not sys.platform.startswith("linux") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
 
 
 def show_inline(recording: Path) -> str:

@@ -64,6 +64,11 @@ class CalibratedTrial:
     speeds: Mapping[str, float]
     flags: tuple[Flag, ...]
 
+    def __repr__(self) -> str:
+        trial = f"{self.measured.name}: {self.measured.role}, {self.measured.frequency.hz:.3f} Hz"
+        speeds = f"{1000 * self.measured.speed:.1f} mm/s, twin {1000 * self.speed_twin:.1f} mm/s"
+        return f"<CalibratedTrial {trial}, {speeds}, markers {1000 * self.scores.marker_error_m:.1f} mm off>"
+
     @property
     def speed_twin(self) -> float:
         """Forward speed of the twin, m/s."""
@@ -120,6 +125,9 @@ class Calibration:
     forecasts: SessionForecast
     sways: Mapping[str, Sway] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Calibration: {len(self.trials)} trials; {self.coefficients}>"
 
     @property
     def robot(self) -> RobotSpec:

@@ -117,6 +117,11 @@ class TrialResult:
     flags: tuple[Flag, ...]
     from_command: CommandForecast | None
 
+    def __repr__(self) -> str:
+        speeds = f"{_PER_M * self.speed_measured:.1f} mm/s, twin {_PER_M * self.speed_twin:.1f} mm/s"
+        markers = f"markers {self.marker_error_mm:.1f} mm off"
+        return f"<TrialResult: {self.role}, {self.frequency_hz:.3f} Hz, {speeds}, {markers}>"
+
 
 @dataclass(frozen=True)
 class Experiment:

@@ -119,6 +119,11 @@ class MeasuredTrial:
     beat: SwimFrequency | None = None
     logged_hz: float | None = None
 
+    def __repr__(self) -> str:
+        size = f"{len(self.markers)} markers, {len(self.time_s)} frames"
+        motion = f"{self.frequency.hz:.3f} Hz, {1000 * self.speed:.1f} mm/s"
+        return f"<MeasuredTrial {self.name}: {self.role}, {motion}, {size}>"
+
     @cached_property
     def markers(self) -> tuple[str, ...]:
         """Names of the m markers."""
@@ -312,10 +317,11 @@ def laid_on_pool(
         metres_per_px: scale of the picture.
     """
     metres, places = {"units": "m"}, ("time", "space", "keypoint")
+    on_pool, in_head = "position on the pool", "position in the frame of the head"
     variables = {
         "weight": (("time", "keypoint"), weight),
-        "position_pool": (places, np.swapaxes(position_m, 1, 2), metres),
-        "position_head": (places, np.swapaxes(head.shape_m, 1, 2), metres),
+        "position_pool": (places, np.swapaxes(position_m, 1, 2), metres | {"long_name": on_pool}),
+        "position_head": (places, np.swapaxes(head.shape_m, 1, 2), metres | {"long_name": in_head}),
         "path": (("time", "space"), head.path_m, metres),
         "nose": (("time", "space"), head.nose_m, metres),
         "heading": (("time",), head.heading_rad, {"units": "rad"}),

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from reports.style import HALF_WIDTH_IN, INKS, SURFACE, Look, applied
@@ -137,6 +137,14 @@ class Plot:
 
     def _repr_png_(self) -> bytes:
         return self.png(NOTEBOOK_DOTS_PER_INCH)
+
+    def _ipython_display_(self) -> None:
+        """Show the figure and, below it, its caption: a notebook takes only one of several forms of a value."""
+        from IPython.display import display  # of the notebook that calls this
+
+        text = f"{self.caption} {self.caveat}".strip()
+        display({"image/png": self._repr_png_(), "text/plain": repr(self)}, raw=True)
+        display({"text/html": f"<p>{escape(text)}</p>", "text/plain": text}, raw=True)
 
 
 @dataclass(frozen=True)

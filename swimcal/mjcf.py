@@ -60,6 +60,9 @@ class FluidCoefficients(NamedTuple):
     kutta_lift: float
     magnus_lift: float
 
+    def __str__(self) -> str:
+        return ", ".join(f"{name.replace('_', ' ')} {value:.3g}" for name, value in self._asdict().items())
+
 
 PUBLISHED_COEFFICIENTS = FluidCoefficients(0.40, 7.79, 2.81, 3.84, 0.27)
 

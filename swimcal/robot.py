@@ -232,6 +232,10 @@ class RobotSpec(Table):
     markers: dict[str, Marker]
     elongated_body: ElongatedBody
 
+    def __repr__(self) -> str:
+        size = f"{self.length_m:.2f} m long, {len(self.tail.segment)} tail segments, {len(self.markers)} markers"
+        return f"<RobotSpec {self.name}: {size}>"
+
     @field_validator("tail")
     @classmethod
     def _clear_of_the_crank(cls, tail: Tail, info: ValidationInfo) -> Tail:

@@ -83,6 +83,13 @@ class TrialSpec:
     commanded_hz: float | None = None
     role: TrialRole = "fit"
 
+    def __repr__(self) -> str:
+        command = "" if self.commanded_hz is None else f", commanded {self.commanded_hz:g} Hz"
+        recording = self.tracks or self.video
+        return (
+            f"<TrialSpec {self.name}: {self.kind}, {self.role}{command}; {recording.name if recording else 'no file'}>"
+        )
+
     @property
     def edits(self) -> Path | None:
         """The file of a person's corrections of the tracks, ``<trial>.edits.jsonl`` next to the video.
@@ -147,6 +154,10 @@ class Session:
     seed: int
     trials: tuple[TrialSpec, ...]
     rename: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        trials = f"{len(self.trials)} trials ({sum(trial.role == 'fit' for trial in self.trials)} to fit)"
+        return f"<Session {self.name}: {trials}, {len(self.markers)} markers, {self.camera.fps:g} frames/s>"
 
     @property
     def in_shell(self) -> str:

@@ -22,7 +22,8 @@ PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
 DATA = re.compile(
-    r"swimcal/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$|(reports|calib|tracking)/templates/[^/]+$"
+    r"[a-z]+/py\.typed$|swimcal/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$"
+    r"|(reports|calib|tracking)/templates/[^/]+$"
 )
 NOT_SHIPPED = {"tests", "benchmarks"}
 
@@ -101,8 +102,14 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     data = {name for name in committed_files() if DATA.match(name)}
 
     assert shipped == code | data
-    assert {name.split("/")[0] for name in data} == {"swimcal", "diagnosis", "reports", "swimgym", "calib", "tracking"}
     assert any(name.endswith("/licenses/LICENSE") for name in names)
+
+
+def test_every_package_in_the_wheel_tells_type_checkers_that_it_is_typed(wheel: Path) -> None:
+    """A `py.typed` in the top folder counts for the packages below it (PEP 561)."""
+    names = set(zipfile.ZipFile(wheel).namelist())
+
+    assert {package for package in PACKAGES if f"{package.split('.')[0]}/py.typed" not in names} == set()
 
 
 def shown_from(wheel: Path, code: str, folder: Path) -> str:

@@ -16,6 +16,7 @@ from typing import Any, TextIO
 
 from calib.capture.bus import BAUD_RATES, INTERRUPTED, CaptureError, Interrupted, UserError, open_port
 from calib.capture.emulator import STALL_NM, Emulator, run_emulator
+from calib.capture.live import LiveLine, live_line
 from calib.capture.motor import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.trials import (
@@ -89,6 +90,8 @@ def run(  # noqa: PLR0913
 ) -> list[TrialResult]:
     """Drive and log the motor, one trial a speed, and add each finished trial to a session; then stop the motor.
 
+    In a terminal a line shows its speed, current and temperature meanwhile.
+
     Args:
         port: serial port, such as /dev/ttyUSB0.
         hz: crank turns a second of each trial: numbers, or text with commas between them.
@@ -130,7 +133,10 @@ def run(  # noqa: PLR0913
     settings = CaptureSettings(Path(out), speeds, seconds, motor_id, kind, role, coded, limits)
     opened = open_port(port, baud)
     try:
-        return capture(settings, opened, report)
+        with live_line(sys.stderr) as line:
+            if line is None:
+                return capture(settings, opened, report)
+            return capture(settings, opened, partial(_report_over, line, report), live=line)
     finally:
         with contextlib.suppress(Exception):
             opened.closePort()
@@ -165,6 +171,11 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
     if sys.platform == "win32":
         raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux")
     run_emulator(Emulator(motor_id, load_nm=load_nm, seed=seed), baud, report)
+
+
+def _report_over(line: LiveLine, report: Report, sentence: str) -> None:
+    line.clear()
+    report(sentence)
 
 
 def _check_address(baud: int, motor_id: int, faults: list[str]) -> None:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ from calib.capture.bus import (
     UserError,
     open_port,
 )
+from calib.capture.live import Live, show_nothing
 from calib.capture.logs import FEWEST_ROWS, SessionText, TrialLog
 from calib.capture.motor import RISE_S, SILENCE_S, Guard, Limits, Motor, Reading
 from calib.capture.registers import MODEL
@@ -233,6 +235,7 @@ def capture(
     port: Any,
     report: Report,
     clock: Clock = Clock(),  # noqa: B008  it has no state
+    live: Live = show_nothing,
 ) -> list[TrialResult]:
     """Drive and log every speed, and add each finished trial to the session.
 
@@ -243,6 +246,7 @@ def capture(
         port: the open serial port.
         report: receives what is going on, a sentence at a time.
         clock: the source of time.
+        live: receives every reading; it must return at once.
 
     Raises:
         UserError: a speed out of reach, another motor, a folder or a file that cannot be written.
@@ -260,7 +264,8 @@ def capture(
         for hz in settings.hz:
             plan = TrialPlan(trial_name(hz, session.taken_names()), hz, settings.seconds, settings.coded)
             report(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")
-            result = _Trial(plan, motor, Guard(settings.limits), signals, clock).run(session.trials, report)
+            trial = _Trial(plan, motor, Guard(settings.limits), signals, clock, live)
+            result = trial.run(session.trials, report)
             session.add_trial(plan.name, settings.kind, hz, settings.role)
             results.append(result)
             _report_result(result, report)
@@ -275,6 +280,7 @@ class _Trial:
     guard: Guard
     signals: Signals
     clock: Clock
+    live: Live
 
     def run(self, folder: Path, report: Report) -> TrialResult:
         """Drive the trial into new files of the folder; whatever happens, the motor is stopped."""
@@ -298,6 +304,7 @@ class _Trial:
         )
 
     def _drive(self, log: TrialLog) -> None:
+        show = partial(self.live, self.plan.name, self.clock.now() + self.plan.total_s)
         end_s = self.clock.now()  # steps end on a fixed schedule, so that the delay of one does not move the next
         for step in self.plan.steps():
             end_s += step.seconds
@@ -305,9 +312,11 @@ class _Trial:
             done_s = self.motor.set_speed(units)
             log.commanded(done_s, step.part, units)
             self.guard.command(units, done_s)
-            self._log_until(end_s, units, log, done_s + RISE_S if step.part == "drive" else math.inf)
+            self._log_until(end_s, units, log, done_s + RISE_S if step.part == "drive" else math.inf, show)
 
-    def _log_until(self, end_s: float, units: int, log: TrialLog, settled_s: float) -> None:
+    def _log_until(
+        self, end_s: float, units: int, log: TrialLog, settled_s: float, show: Callable[[Reading], None]
+    ) -> None:
         """Read and log on a fixed beat until the time comes."""
         next_s = renewed_s = self.clock.now()
         while self.clock.now() < end_s:
@@ -316,6 +325,7 @@ class _Trial:
                 renewed_s = self.motor.set_speed(units)
             reading = self.motor.read()
             log.measured(reading, steady=reading.time_s >= settled_s)
+            show(reading)
             self.guard.check(reading)
             now = self.clock.now()
             next_s = max(next_s + PERIOD_S, now)

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calib.results.gap import interval_lines
-from calib.results.result import FitFigures, Result, StructureFigures, flag_frame, flag_lines, forecast_frame
+from calib.results.result import TIME, FitFigures, Result, StructureFigures, flag_frame, flag_lines, forecast_frame
 from diagnosis.result import DiagnosisResult
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import CalibrationResult, PublishedResult, TrialResult
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class StructureResult(Result):
     """Hinges and crank of a session that has no swim trial.
 
@@ -57,8 +57,8 @@ class StructureResult(Result):
 
     key = "structure"
 
-    data: Structure = field(repr=False)
-    plot: StructureFigures = field(repr=False)
+    data: Structure
+    plot: StructureFigures
 
     def summary(self) -> str:
         """Summarise where each number of the structure comes from, the main caveat, and what to do next."""
@@ -71,6 +71,13 @@ class StructureResult(Result):
     def details(self) -> list[str]:
         """List the numbers of the structure, and every flag: of the experiments, each once, then of the whole."""
         return [*(source.sentence for source in self.data.sources), *flag_lines(self._flags())]
+
+    def _in_brief(self) -> str:
+        """Return hinges and crank arm, and which of them are assumed."""
+        return ", ".join(
+            f"{in_words(each.quantity)} {each.value:.3g} {each.unit}{' (assumed)' if each.assumed else ''}"
+            for each in self.data.sources
+        )
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {"structure": self._structure, "flags": lambda: flag_frame(self._flags())}
@@ -89,7 +96,7 @@ class StructureResult(Result):
         return pd.DataFrame(rows).set_index("quantity")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class FitResult(Result):
     """A calibrated twin and every swim trial; what `calibration.json` holds, read from there.
 
@@ -125,23 +132,23 @@ class FitResult(Result):
     key = "calibration"
 
     mjcf_file: Path
-    data: CalibrationResult = field(repr=False)
-    published: PublishedResult | None = field(repr=False)
-    plot: FitFigures = field(repr=False)
-    posterior: PosteriorSummary | None = field(repr=False)
-    diagnosed: DiagnosisResult | None = field(repr=False)
-    standing: str = field(repr=False)
-    damaged: Mapping[str, str] = field(default_factory=dict, repr=False)
-    read: Callable[[], Calibration] = field(repr=False)
-    read_trial: Callable[[str], CalibratedTrial] = field(repr=False)
+    data: CalibrationResult
+    published: PublishedResult | None
+    plot: FitFigures
+    posterior: PosteriorSummary | None
+    diagnosed: DiagnosisResult | None
+    standing: str
+    damaged: Mapping[str, str] = field(default_factory=dict)
+    read: Callable[[], Calibration]
+    read_trial: Callable[[str], CalibratedTrial]
 
     def motion(self, trial: str) -> xr.Dataset:
         """Compare a swim trial as measured with the twin, which is simulated again.
 
         Returns:
-            Dimensions `time` (s), `space` and `keypoint`. Variables `measured` and `twin` (time, space, keypoint), m,
-            in the head frame (published normaliser), aligned in the first compared frame; `weight` (time, keypoint), 0
-            where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
+            Dimensions `time` (s), `space` (x, y) and `keypoint`. Variables `measured` and `twin` (time, space,
+            keypoint), m, in the head frame (published normaliser), aligned in the first compared frame; `weight` (time,
+            keypoint), 0 where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
 
         Raises:
             InputError: no such trial, or the fit was replaced.
@@ -161,7 +168,8 @@ class FitResult(Result):
                 "weight": measured.tracks.weight,
                 "compared": (("time",), measured.kept),
                 "scored": (("time",), measured.scored),
-            }
+            },
+            {"time": ("time", measured.time_s, TIME), "space": ["x", "y"]},
         )
 
     @cached_property
@@ -249,6 +257,15 @@ class FitResult(Result):
                 )
         lines += [f"! {caveat}" for caveat in self.answers.caveats]
         return [*lines, *(f"flag: {line.removeprefix('! ')}" for line in flag_lines(self._flags_of_tracks()))]
+
+    def _in_brief(self) -> str:
+        """Return the mean errors over the held-out trials, or over the fit trials where none is held out."""
+        found, role = self.data.summary["holdout"], "held-out trial"
+        if found is None:
+            found, role = self.data.summary["fit"], "fit trial"
+        assert found is not None
+        errors = f"markers {shown(found.marker_error_mm, 1)} mm, speed {in_mm(found.speed_mae_twin)} mm/s"
+        return f"{errors} off over {counted(found.trials, role)}; {in_words(self.verdict)}"
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {

@@ -8,7 +8,7 @@ sentences and a table.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import isnan
 from typing import TYPE_CHECKING, Any
@@ -36,6 +36,7 @@ from reports.words import (
     drawn_sentence,
     effect_size,
     gap_sentences,
+    in_mm,
     in_words,
     listed,
     next_experiment,
@@ -46,6 +47,8 @@ from reports.words import (
 from swimcal.flags import Flag
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fitting.posterior.summary import PosteriorSummary
     from fitting.session_forecast import SessionForecast
 
@@ -53,7 +56,7 @@ _ROWS = 6  # smallest number of effects that are shown
 _NEXT = 3  # number of experiments that are shown
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PosteriorResult(Result):
     """Draws from the posterior of the five coefficients given the fit trials, and their summary.
 
@@ -73,9 +76,9 @@ class PosteriorResult(Result):
 
     key = "posterior"
 
-    data: PosteriorSummary = field(repr=False)
-    plot: PosteriorFigures = field(repr=False)
-    next_step: str = field(repr=False)
+    data: PosteriorSummary
+    plot: PosteriorFigures
+    next_step: str
 
     @cached_property
     def idata(self) -> Any:
@@ -83,6 +86,24 @@ class PosteriorResult(Result):
         from fitting.posterior.quiet_arviz import arviz
 
         return arviz.from_netcdf(str(self.file), engine="h5netcdf")
+
+    @cached_property
+    def sweep(self) -> xr.Dataset:
+        """The forward speed over frequency that the draws predict.
+
+        Dimensions `quantile` (0.05 to 0.95) and `frequency` (Hz); variables `speed`, the expected one, and
+        `another_trial`, that of a trial that could still be swum, m/s.
+        """
+        import xarray as xr
+
+        from fitting.posterior.prediction import QUANTILES  # it loads ArviZ
+
+        found, places = self.data.sweep, ("quantile", "frequency")
+        speed = {"units": "m/s", "long_name": "forward speed"}
+        return xr.Dataset(
+            {"speed": (places, found.inner, speed), "another_trial": (places, found.outer, speed)},
+            {"quantile": list(QUANTILES), "frequency": ("frequency", found.frequency_hz, {"units": "Hz"})},
+        )
 
     @property
     def coefficients(self) -> Mapping[str, Marginal]:
@@ -137,6 +158,13 @@ class PosteriorResult(Result):
     def details(self) -> list[str]:
         """List the coefficients, a line each, and every flag."""
         return [*interval_lines(self.coefficients), *flag_lines(("", flag) for flag in self.flags)]
+
+    def _in_brief(self) -> str:
+        """Return how many coefficients are determined, the draws and their convergence."""
+        of = self.coefficients.values()
+        determined = f"{sum(one.determined for one in of)} of {len(of)} coefficients determined"
+        draws = f"{min(one.ess_bulk for one in of):,.0f} effective draws, R-hat {max(one.r_hat for one in of):.3f}"
+        return f"{determined}; at least {draws} at most; {in_words(self.verdict)}"
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {
@@ -207,7 +235,7 @@ class Effects(tuple[str, ...]):
         return str(self.to_frame().to_html(float_format=lambda value: f"{value:.4g}", na_rep=""))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class GapResult(Result):
     """The sim-to-real gap: where it is, which effect causes it, and how far it shrinks with that effect.
 
@@ -226,9 +254,9 @@ class GapResult(Result):
 
     key = "diagnosis"
 
-    data: DiagnosisResult = field(repr=False)
-    plot: GapFigures = field(repr=False)
-    next_step: str = field(repr=False)
+    data: DiagnosisResult
+    plot: GapFigures
+    next_step: str
 
     @property
     def verdict(self) -> str:
@@ -281,6 +309,17 @@ class GapResult(Result):
         """List where, which and how far; then the most probable effects, what to check, and what to measure next."""
         return diagnosis_lines(self.data)
 
+    def _in_brief(self) -> str:
+        """Return the verdict with the most probable effect, and the gap on held-out trials without and with it."""
+        name, chance = next(iter(self.probabilities.items()))
+        lines = f"{in_words(self.verdict)}, most probable {in_words(name)} ({chance:.2f})"
+        if not (gap := self.size).evaluated_on:
+            return f"{lines}; no held-out trial"
+        markers = f"markers {shown(gap.baseline_mm)} mm without and {shown(gap.with_effects_mm)} with effects"
+        return (
+            f"{lines}; held out: {markers}, speed {in_mm(gap.speed_mae_before)} and {in_mm(gap.speed_mae_after)} mm/s"
+        )
+
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {
             "effects": self.effects.to_frame,
@@ -306,7 +345,7 @@ class GapResult(Result):
         return pd.DataFrame(rows, columns=["experiment", "effect", "other_effect", "expected_error"])
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class EffectTest(Result):
     """The outcome of a test of effects that a user names; what `supposed.json` holds.
 
@@ -321,7 +360,7 @@ class EffectTest(Result):
 
     key = "test"
 
-    data: EffectTestResult = field(repr=False)
+    data: EffectTestResult
 
     @property
     def log_bayes_factor(self) -> float:
@@ -335,6 +374,11 @@ class EffectTest(Result):
     def details(self) -> list[str]:
         """List the lines of the summary, with blank lines between its parts."""
         return test_lines(self.data)
+
+    def _in_brief(self) -> str:
+        """Return the effects and their log Bayes factor."""
+        names = listed([in_words(name) for name in self.data.effects])
+        return f"{names}; log Bayes factor over the plain twin {shown(self.log_bayes_factor)}"
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {"effects": self._effects}

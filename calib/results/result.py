@@ -25,6 +25,8 @@ from swimcal.stage import Stage
 if TYPE_CHECKING:
     from fitting.session_forecast import SessionForecast
 
+TIME = {"long_name": "time (s)"}
+"""Attributes of times in datasets for users: with `units`, a reader of the file would take them for dates."""
 _MOTIONS = ("envelope", "path", "lateral")
 """Figures of a trial that need no other trial."""
 
@@ -195,7 +197,7 @@ class Tables:
         )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Result(Tables):
     """A result that is stored in a file: `data` is all that the file holds, `plot` has its figures.
 
@@ -208,7 +210,7 @@ class Result(Tables):
     key: ClassVar[str]
     """Key of its content in the JSON that a command prints."""
 
-    session: Session = field(repr=False)
+    session: Session
     name: str
     file: Path
     notes: tuple[str, ...] = ()
@@ -217,6 +219,13 @@ class Result(Tables):
     def details(self) -> list[str]:
         """List every number and every flag, a line each."""
         raise NotImplementedError
+
+    def _in_brief(self) -> str:
+        """Return the two or three numbers that matter, with their units."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.session.name}: {self._in_brief()}>"
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from calib.results.result import Tables, flag_frame
+from calib.results.result import TIME, Tables, flag_frame
 from fitting.trial import MeasuredTrial
-from reports.words import counted
+from reports.words import counted, percent
 from swimcal.flags import Flag
 from swimcal.session import Session
 from tracking.boxes import StartBoxes
@@ -43,7 +43,8 @@ class FilmedTracks:
 class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     """The tracks of every trial: a mapping from the trial's name to an `xarray.Dataset`.
 
-    A dataset has the dimensions `time` (s), `space` (x to the right, y down) and `keypoint`, and the variables
+    A dataset has the dimensions `time` (s), `space` (x to the right, y down) and `keypoint`, its name as coordinate
+    `trial`, and the variables
 
     - `position` (time, space, keypoint), px, nan where missing, and `confidence` (time, keypoint), as in `movement`;
     - `state` (time, keypoint), how each sample came about, and `size` (time, keypoint), the marker's diameter in px;
@@ -72,16 +73,17 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         'fast'
     """
 
-    session: Session = field(repr=False)
-    tracked: Mapping[str, xr.Dataset] = field(repr=False)
-    measured: Mapping[str, MeasuredTrial] = field(repr=False)
-    flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
-    filmed: FilmedTracks = field(repr=False)
+    session: Session
+    tracked: Mapping[str, xr.Dataset]
+    measured: Mapping[str, MeasuredTrial]
+    flags: Mapping[str, tuple[Flag, ...]]
+    filmed: FilmedTracks
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
         tracked = self.tracked[trial]
         data = to_movement(tracked).isel(individual=0, drop=True)
+        data = data.assign_coords(trial=trial, time=data.time.assign_attrs(TIME))
         if (swim := self.measured.get(trial)) is None:
             return data
         measured = _collect_measured(swim, data.time[tracked.first_frame + swim.first_frame :])
@@ -93,6 +95,11 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
 
     def __len__(self) -> int:
         return len(self.tracked)
+
+    def __repr__(self) -> str:
+        frame = self.to_frame()
+        trials = f"{counted(len(frame), 'trial')}, {int(frame.frames.sum())} frames"
+        return f"<TrackResult {self.session.name}: {trials}, {percent(frame.seen.mean())} of the samples seen>"
 
     @property
     def left_out(self) -> tuple[Flag, ...]:
@@ -154,5 +161,5 @@ def _collect_measured(swim: MeasuredTrial, time: xr.DataArray) -> xr.Dataset:
     """Return what is measured in a swim, its frames at the first of these times."""
     own = swim.tracks[["weight", "position_pool", "position_head", "heading"]]
     forward = -swim.tracks.path.sel(space="x", drop=True)
-    own = own.assign(forward=forward.assign_attrs(units="m"))
+    own = own.assign(forward=forward.assign_attrs(units="m", long_name="distance swum"))
     return own.assign_coords(time=time[: own.sizes["time"]])

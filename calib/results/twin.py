@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from calib.results.result import TIME
 from fitting.pool import forward_speed, head_frame
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.errors import Fault, InputError
@@ -48,7 +49,12 @@ class SwimTwin:
 
     robot: RobotSpec
     coefficients: FluidCoefficients
-    engine: Twin = field(repr=False)
+    engine: Twin
+
+    def __repr__(self) -> str:
+        effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
+        names = ", ".join(effect.name for effect in effects)
+        return f"<SwimTwin {self.robot.name}: {self.coefficients}; effects: {names or 'none'}>"
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -79,9 +85,10 @@ class SwimTwin:
             parameters: values of the effects' parameters, by the names in `parameters`; one or (n,). Others are 0.
 
         Returns:
-            Dimensions `run` (n), `time` (s), `space` and `keypoint`; variables `position` (run, time, space, keypoint)
-                of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed` (run),
-                m/s, forward, over the whole beats of the second half; `frequency` (run), Hz.
+            Dimensions `run` (n), `time` (s), `space` (x, y) and `keypoint`; variables `position` (run, time, space,
+                keypoint) of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed`
+                (run), m/s, forward, over the whole beats of the second half. `frequency`, Hz, and the parameters are
+                coordinates of the runs: `.sel(frequency=0.8)`.
 
         Raises:
             InputError: a parameter that the effects do not have, or a frequency that is none.
@@ -109,16 +116,23 @@ class SwimTwin:
         found = self.engine.simulate(runs, time_s)
         late, heads = time_s >= time_s[-1] / 2, head_frame(self.engine.markers, found.marker_m)
         speed = [float(forward_speed(time_s, select_head(heads, run), late, hz[run])) for run in range(count)]
-        return xr.Dataset(
+        swims = xr.Dataset(
             {
                 "position": (("run", "time", "space", "keypoint"), np.swapaxes(found.marker_m, 2, 3), {"units": "m"}),
                 "head": (("run", "time", "space"), found.head[..., :2], {"units": "m"}),
                 "yaw": (("run", "time"), found.head[..., 2], {"units": "rad"}),
-                "speed": (("run",), np.array(speed), {"units": "m/s"}),
-                "frequency": (("run",), np.array(hz), {"units": "Hz"}),
+                "speed": (("run",), np.array(speed), {"units": "m/s", "long_name": "forward speed"}),
             },
-            {"time": time_s, "space": ["x", "y"], "keypoint": list(self.engine.markers)},
+            {
+                "run": np.arange(count),
+                "frequency": (("run",), np.array(hz), {"units": "Hz"}),
+                **{name: (("run",), np.broadcast_to(value, count)) for name, value in given.items()},
+                "time": ("time", time_s, TIME),
+                "space": ["x", "y"],
+                "keypoint": list(self.engine.markers),
+            },
         )
+        return swims.set_xindex("frequency")
 
     def _check_parameters(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
         """Convert each parameter to (n,) or (1,); an `InputError` for those that the effects do not have."""

@@ -26,6 +26,15 @@ def add_anchors(_app: Sphinx, document: nodes.document) -> None:
             section["ids"].append(slug)
 
 
+def index_headings(_app: Sphinx, document: nodes.document) -> None:
+    """Have the search find a heading such as `at_bound` also by its words, which is how messages write it."""
+    for section in document.findall(nodes.section):
+        title = section[0].astext()
+        if "_" in title:
+            entry = ("single", title.replace("_", " "), section["ids"][0], "", None)
+            section.insert(1, addnodes.index(entries=[entry]))
+
+
 def unlink_folders(_app: Sphinx, document: nodes.document) -> None:
     """Replace links to folders of the repository by their text: the site has no such pages."""
     here = Path(document["source"]).parent
@@ -52,6 +61,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension's hooks with Sphinx."""
     app.connect("source-read", fill)
     app.connect("doctree-read", add_anchors)
+    app.connect("doctree-read", index_headings)
     app.connect("doctree-read", add_dashes)
     app.connect("doctree-read", unlink_folders)
     app.connect("build-finished", check_offline)

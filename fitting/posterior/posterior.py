@@ -256,12 +256,12 @@ def _observed_data(posterior: Posterior) -> xarray.Dataset:
         {
             "forward_speed_m_s": ("trial", features[:, SPEED]),
             "beat_m": (("trial", "marker", "axis", "term"), marker_part(features)),
-            "frequency_hz": ("trial", np.array([model.trial.frequency.hz for model in models])),
             "noise_lasts_s": ("trial", np.array([model.noise.lasts_s for model in models])),
             "noise_sd_m": (("trial", "marker"), np.array([model.noise.sd_m for model in models])),
         },
         {
             "trial": [model.trial.name for model in models],
+            "frequency_hz": ("trial", np.array([model.trial.frequency.hz for model in models])),
             "marker": list(models[0].trial.markers),
             "axis": ["along", "across"],
             "term": list(_TERMS),

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -278,3 +280,72 @@ def test_a_file_of_the_user_that_hides_a_package_is_named(name: str, tmp_path: P
     assert f"{tmp_path / name}.py hides the package `{name}`" in shown.stdout
     assert "Rename the file" in shown.stdout
     assert shown.stderr == ""
+
+
+def test_a_result_shows_itself_in_one_line_with_its_numbers_and_units(whole: Path) -> None:
+    """As the last line of a notebook's cell does, or a debugger."""
+    session, fit = front.open_session(whole), front.fit(whole, **QUIET)
+    calibration = fit.read()
+    posterior, gap, tracks = front.posterior(whole, **QUIET), front.diagnose(whole, **QUIET), front.track(whole)
+    test = front.effect_test(whole, ["scale_error"], **QUIET)
+    trial = calibration.trials[0]
+    number = r"[−\d.,]+"
+    for shown, pattern in (
+        (session, r"<Session synthetic: 2 trials \(1 to fit\), 9 markers, 60 frames/s>"),
+        (session.trial("slow"), r"<TrialSpec slow: swim, fit, commanded 0\.82 Hz; slow\.csv\.gz>"),
+        (fit, rf"<FitResult synthetic: markers {number} mm, speed {number} mm/s off over 1 held-out trial; \w+>"),
+        (
+            posterior,
+            rf"<PosteriorResult synthetic: \d of 5 coefficients determined; at least {number} effective draws, "
+            rf"R-hat {number} at most; [\w ]+>",
+        ),
+        (
+            gap,
+            rf"<GapResult synthetic: [\w ]+, most probable [\w ]+ \({number}\); held out: "
+            rf"markers {number} mm without and {number} with effects, speed {number} and {number} mm/s>",
+        ),
+        (test, rf"<EffectTest synthetic: scale error; log Bayes factor over the plain twin {number}>"),
+        (tracks, rf"<TrackResult synthetic: 2 trials, \d+ frames, {number} % of the samples seen>"),
+        (front.load_twin(whole, effects=["tendon_slack"]), r"<SwimTwin [\w .]+: blunt drag .*; effects: tendon_slack>"),
+        (trial.measured, rf"<MeasuredTrial slow: fit, 0\.{number} Hz, {number} mm/s, 9 markers, \d+ frames>"),
+        (
+            trial,
+            rf"<CalibratedTrial slow: fit, {number} Hz, {number} mm/s, twin {number} mm/s, markers {number} mm off>",
+        ),
+        (calibration, rf"<Calibration: 2 trials; blunt drag {number}, .*, magnus lift {number}>"),
+        (fit.trials["slow"], rf"<TrialResult: fit, {number} Hz, {number} mm/s, twin .* mm/s, markers {number} mm off>"),
+    ):
+        assert re.fullmatch(pattern, repr(shown)), repr(shown)
+
+
+def test_datasets_are_read_by_their_labels_and_plot_themselves(whole: Path) -> None:
+    """Space, keypoint, run, frequency and quantile by name; axes have names and units."""
+    tracks, motion = front.track(whole)["fast"], front.fit(whole, **QUIET).motion("fast")
+    swims = front.load_twin(whole, effects=["tendon_slack"]).swim(
+        [0.8, 1.2], seconds=3.0, parameters={"tendon_slack.length": [0.0, 0.001]}
+    )
+    sweep = front.posterior(whole, **QUIET).sweep
+    assert tracks.trial == "fast"
+    for data in (tracks.position_head, motion.twin, swims.position.isel(run=0)):
+        across = data.sel(keypoint="caudal_fin", space="y")
+        assert across.dims == ("time",)
+        (line,) = across.plot()
+        assert line.axes.get_xlabel() == "time (s)"
+        assert line.axes.get_ylabel().endswith("[m]")
+        plt.close()
+    assert swims.sel(run=1).frequency == 1.2
+    assert swims.speed.sel(frequency=1.2) == swims.speed[1]
+    assert swims["tendon_slack.length"].sel(frequency=1.2) == 0.001
+    (line,) = swims.speed.plot(x="frequency")
+    assert line.axes.get_xlabel() == "frequency [Hz]"
+    assert sweep.speed.sel(quantile=0.5).dims == ("frequency",)
+    assert (sweep.another_trial.sel(quantile=0.05) < sweep.speed.sel(quantile=0.05)).all()
+    plt.close()
+
+
+def test_swims_are_saved_and_read_again_with_their_labels(tmp_path: Path) -> None:
+    swims = front.load_twin().swim([0.8, 1.2], seconds=2.0)
+    swims.to_netcdf(tmp_path / "swims.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "swims.nc", engine="h5netcdf") as read:
+        assert read.time.dtype == float
+        xr.testing.assert_equal(read.load().set_xindex("frequency"), swims)

@@ -46,6 +46,7 @@ def test_arviz_reads_draws_statistics_features_and_what_they_were_made_with(samp
     assert float(data.posterior["kutta_lift"].mean()) == pytest.approx(reported["kutta_lift"]["mean"])  # type: ignore[index]
     assert 0 < float(data.sample_stats["acceptance_rate"]) < 1
     assert data.observed_data["trial"].to_numpy().tolist() == ["slow"]
+    assert data.observed_data["forward_speed_m_s"].sel(trial="slow").frequency_hz == pytest.approx(0.8, rel=0.02)
     assert data.attrs["effort"] == "quick"
     assert data.attrs["seed"] == 0
     assert data.attrs["model_sha256"] == calibration_of(sampled_session)["model_sha256"]

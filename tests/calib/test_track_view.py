@@ -103,6 +103,7 @@ def test_the_viewer_that_was_installed_along_is_opened(
     along, other = executable(tmp_path / "along"), executable(tmp_path / "other")
     monkeypatch.setenv("PATH", str(other.parent))
     monkeypatch.setattr(sys, "executable", str(along.parent / "python"))
+    monkeypatch.setenv("DISPLAY", ":0")
     recording = str(fresh / "results" / "session.rrd")
 
     assert calib("view", fresh, "--open").code == 0
@@ -123,6 +124,24 @@ def test_without_a_viewer_it_says_so_and_the_recording_stands(
     assert "the viewer cannot be opened" in outcome.err
     assert "pip install rerun-sdk" in outcome.err
     assert recording in outcome.err
+    assert started == []
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems have a desktop")
+def test_without_a_display_one_line_says_what_to_do(
+    calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[list[str]]
+) -> None:
+    viewer = executable(tmp_path / "along")
+    monkeypatch.setattr(sys, "executable", str(viewer.parent / "python"))
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    outcome = calib("view", fresh, "--open")
+
+    recording = str(fresh / "results" / "session.rrd")
+    assert (outcome.code, outcome.out) == (2, f"{recording}\n")
+    (line,) = [line for line in outcome.err.splitlines() if "no display here" in line]
+    assert f"copy {recording} to a computer with a screen" in line
+    assert f"run `{viewer} --serve-web {recording}` here" in line
     assert started == []
 
 

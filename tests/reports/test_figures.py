@@ -1,6 +1,7 @@
 """Figures show what was measured, and nothing they should not."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,10 +71,17 @@ def test_every_figure_says_in_sentences_what_to_see_in_it(whole: dict[str, Plot]
     assert [name for name, text in captions.items() if len(text.split()) < FEWEST_WORDS or text[-1] != "."] == []
 
 
-def test_a_figure_shows_itself_in_a_notebook() -> None:
+def test_a_figure_shows_itself_with_its_caption_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[dict[str, Any]] = []
+    monkeypatch.setattr("IPython.display.display", lambda data, **_: shown.append(data))
     tracks = picture_of_tracks(made_trial(ROBOT, "medium").measured)
 
     assert tracks._repr_png_().startswith(b"\x89PNG")
+    tracks._ipython_display_()
+    picture, caption = shown
+    assert picture["image/png"] == tracks._repr_png_()
+    assert caption["text/plain"].startswith(tracks.caption)
+    assert caption["text/html"].startswith("<p>medium: 100 % of 1260 samples count.")
     assert tracks._repr_png_() == picture_of_tracks(made_trial(ROBOT, "medium").measured)._repr_png_()
     assert repr(tracks).startswith("Plot(name='medium-flags', caption='medium: 100 % of 1260 samples count.")
 

@@ -1,5 +1,9 @@
 """The command on a real pseudo-terminal, and what it says to bad input."""
 
+import contextlib
+import os
+import pty
+import re
 import signal
 import subprocess
 import sys
@@ -52,6 +56,28 @@ def wait_for(what: Callable[[], bool], seconds: float = 20.0) -> bool:
 
 def turning(motor: Emulator) -> bool:
     return motor["present_velocity"] > 80
+
+
+def test_a_terminal_shows_speed_current_and_temperature_while_the_motor_turns(port: str, tmp_path: Path) -> None:
+    """In one line, which is gone before a result is printed."""
+    screen, terminal = pty.openpty()
+    command = [sys.executable, "-m", "calib.capture", *arguments(port, tmp_path / "pool", "--seconds", "2")]
+    shown = b""
+    with subprocess.Popen(command, cwd=ROOT, stdout=terminal, stderr=terminal, close_fds=True) as process:
+        os.close(terminal)
+        with contextlib.suppress(OSError):  # the other end was closed
+            while part := os.read(screen, 4096):
+                shown += part
+    os.close(screen)
+    lines = shown.decode().split("\r\x1b[K")
+    pattern = r"f0_60: (-?[\d.]+) turns/s, ([\d.]+) A, (\d+) degrees C, \d s left"
+    seen = [match for line in lines if (match := re.fullmatch(pattern, line))]
+    assert process.returncode == 0
+    assert len(seen) >= 5
+    assert max(float(match[1]) for match in seen) == pytest.approx(0.6, abs=0.02)
+    assert max(float(match[2]) for match in seen) > 0
+    assert lines[-1].startswith("f0_60: ")
+    assert "rows at" in lines[-1]
 
 
 def test_a_capture_over_a_terminal_is_a_session(port: str, motor: Emulator, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from calib.capture import TrialResult
 from calib.capture.bus import Clock
 from calib.capture.emulator import Emulator
+from calib.capture.live import Live, show_nothing
 from calib.capture.trials import CaptureSettings, capture
 from tests.calib.motor.faults import Faults, FaultyEmulator
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
@@ -27,9 +28,11 @@ class Bench:
     messages: list[str] = field(default_factory=list)
     events: list[tuple[float, Callable[[], object]]] = field(default_factory=list)
 
-    def capture(self, out: Path, *hz: float, seconds: float = 1.0, coded: bool = False) -> list[TrialResult]:
+    def capture(
+        self, out: Path, *hz: float, seconds: float = 1.0, coded: bool = False, live: Live = show_nothing
+    ) -> list[TrialResult]:
         settings = CaptureSettings(out, hz or (0.6,), seconds, coded=coded)
-        return capture(settings, self.port, self.messages.append, Clock(self.clock, self._sleep))
+        return capture(settings, self.port, self.messages.append, Clock(self.clock, self._sleep), live)
 
     @property
     def stopped_soon(self) -> bool:
