@@ -75,11 +75,15 @@ def track(
 ) -> None:
     """Track the markers in a session's videos, with the state and confidence of each sample, and flags."""
     from calib.results.tracks import TrackResult
-    from calib.tracked_videos import print_tracks
+    from calib.tracked_videos import PartlyTracked, print_others, print_tracks
 
-    found = calib.track(
-        session, method=method, export=export, click=click, frame=frame, workers=workers, progress=not as_json
-    )
+    try:
+        found = calib.track(
+            session, method=method, export=export, click=click, frame=frame, workers=workers, progress=not as_json
+        )
+    except PartlyTracked as problem:
+        print_others(problem, as_json)
+        raise
     if isinstance(found, TrackResult):
         print_tracks(found, as_json)
     else:

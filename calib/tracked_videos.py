@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,8 @@ import xarray as xr
 
 from calib.pipeline import Pipeline, working
 from calib.results.tracks import FilmedTracks, TrackResult, shares_of
-from calib.stages.videos import of_each
+from calib.stages.videos import FaultyTrials, OfEach, Videos, of_each
+from fitting.left_out import left_out_flags
 from reports.words import listed
 from swimcal.errors import Fault, InputError, NotEnoughData
 from swimcal.flags import Flag
@@ -19,6 +20,7 @@ from swimcal.robot import RobotSpec
 from swimcal.session import Session, TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
+from tracking.boxes import StartBoxes
 from tracking.camera import to_pool
 from tracking.edits import EditLog
 from tracking.formats import FORMATS, export_tracks
@@ -27,6 +29,19 @@ from tracking.tracked import mask_untrusted
 from tracking.video import Video
 
 _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
+
+
+class PartlyTracked(InputError):
+    """The faults of some films, raised after all others were tracked.
+
+    Attributes:
+        tracks: tracks of the others, by trial.
+        filmed: what was made from the others.
+    """
+
+    def __init__(self, faults: Iterable[Fault], tracks: Mapping[str, xr.Dataset], filmed: FilmedTracks) -> None:
+        super().__init__(faults)
+        self.tracks, self.filmed = tracks, filmed
 
 
 def check_form(form: str, option: str) -> None:
@@ -45,22 +60,35 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
     """Bring the tracks of every video of a session up to date, and write them in another form.
 
     Raises:
-        InputError: no such form; or faults of boxes or edits, after all other videos are tracked.
+        InputError: no such form.
+        PartlyTracked: faults of boxes or edits, after all other videos are tracked.
         NotEnoughData: no video can be read.
     """
     if export:
         check_form(export, "--export")
-    videos = pipeline.recordings.videos
-    filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
-    found, exported = of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), []
-    made = found.made or found.all_or_none()
+    videos, exported = pipeline.recordings.videos, []
+    found, faults = _track_each([spec for spec in pipeline.session.trials if is_filmed(spec)], videos)
+    made = found.made if faults else found.made or found.all_or_none()
     boxes = {name: of_trial for name, (of_trial, _) in made.items()}
     tracks = {name: of_trial for name, (_, of_trial) in made.items()}
     for name, own in tracks.items() if export else ():
         exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
         export_tracks(own, exported[-1], export)
     flags = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
-    return FilmedTracks(videos.folder, boxes, flags, tuple(exported), found.left_out)
+    filmed = FilmedTracks(videos.folder, boxes, flags, tuple(exported), found.left_out)
+    if faults:
+        raise PartlyTracked(faults, tracks, filmed)
+    return filmed
+
+
+def _track_each(
+    filmed: Iterable[TrialSpec], videos: Videos
+) -> tuple[OfEach[tuple[StartBoxes, xr.Dataset]], tuple[Fault, ...]]:
+    """Track all films; return their boxes and tracks, and the faults of those that cannot be tracked as they are."""
+    try:
+        return of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), ()
+    except FaultyTrials as problem:
+        return problem.others, problem.faults
 
 
 def print_tracks(found: TrackResult, as_json: bool) -> None:
@@ -71,7 +99,26 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
         print(f"No video to track: the tracks of {listed(given, 4)} are given.\n{found.summary()}")
         print("".join(f"! {flag.message}\n" for flag in found.left_out), end="")
         return
-    tracks = {name: found.tracked[name] for name in filmed.boxes}
+    print_filmed({name: found.tracked[name] for name in filmed.boxes}, filmed, found.left_out, as_json)
+
+
+def print_others(problem: PartlyTracked, as_json: bool) -> None:
+    """Print the tracks of the films without faults, if there are any."""
+    if problem.tracks:
+        print_filmed(problem.tracks, problem.filmed, left_out_flags(problem.filmed.left_out), as_json)
+
+
+def print_filmed(
+    tracks: Mapping[str, xr.Dataset], filmed: FilmedTracks, left_out: Sequence[Flag], as_json: bool
+) -> None:
+    """Print a table of tracks, and what is to be said of them; or all that as JSON.
+
+    Args:
+        tracks: the tracks that were made from films, by trial.
+        filmed: what else was made from the films.
+        left_out: flags of the trials that cannot be used.
+        as_json: print JSON.
+    """
     if as_json:
         report = {
             name: shares_of(own)
@@ -79,7 +126,8 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
             | {"flags": [flag.to_json() for flag in own.flags], "camera": [flag.to_json() for flag in filmed.flags]}
             for name, own in tracks.items()
         }
-        report |= {name: {"flags": [flag.to_json() for flag in found.flags[name]]} for name in filmed.left_out}
+        spoiled = filmed.left_out.items()
+        report |= {name: {"flags": [flag.to_json() for flag in left_out_flags({name: why})]} for name, why in spoiled}
         print(json.dumps(plain_json(report), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
@@ -91,7 +139,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
     for name, own in tracks.items():
         whole = [flag for flag in own.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in (*found.left_out, *filmed.flags)), end="")
+    print("".join(f"! {flag.message}\n" for flag in (*left_out, *filmed.flags)), end="")
     print("".join(f"{path}\n" for path in filmed.exported), end="")
     print(filmed.folder)
 

@@ -66,6 +66,10 @@ class Box(NamedTuple):
         return cls(float(centre_px[0]) - half, float(centre_px[1]) - half, float(side_px), float(side_px))
 
 
+class ImpossibleBoxes(InputError):
+    """The faults of boxes that are sound each but no pose of the robot: names are exchanged, or clicks are wrong."""
+
+
 @dataclass(frozen=True)
 class StartBoxes:
     """A box for every marker by its name, in one frame of a video, of which the first is 0."""
@@ -115,7 +119,7 @@ def load_boxes(
         layout_m: (m, 2) marker positions on the straight robot, robot frame, m; the boxes have to fit a pose of it.
 
     Raises:
-        InputError: every fault of the file at once.
+        InputError: every fault of the file at once; an `ImpossibleBoxes` where only the pose is at fault.
     """
     faults = FaultCollector(str(path))
     data = _read(path)
@@ -128,7 +132,11 @@ def load_boxes(
     _check_apart(found, faults)
     boxes = StartBoxes(frame, {name: found[name] for name in markers if name in found})
     if layout_m is not None and not any(fault.where.startswith("boxes") for fault in faults.faults):
-        check_layout(markers, boxes.centres_px(markers), layout_m, faults)
+        pose = FaultCollector(str(path))
+        check_layout(markers, boxes.centres_px(markers), layout_m, pose)
+        if pose and not faults:
+            raise ImpossibleBoxes(pose.faults)
+        faults.extend(pose.faults)
     faults.raise_if_any()
     return boxes
 

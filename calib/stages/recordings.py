@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from calib.options import Job
-from calib.stages.videos import Videos, of_each, without_trial
+from calib.stages.videos import Videos, of_each, spoiled, without_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
 from fitting.left_out import odd_markers
@@ -22,6 +22,7 @@ from swimcal.errors import FaultCollector, NotEnoughData
 from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
 from swimcal.tracks import load_tracks, save_tracks
+from tracking.boxes import ImpossibleBoxes
 from tracking.exchanges import exchanged_apart
 from tracking.lens import lens_flags
 from tracking.quality import check_tracks
@@ -33,6 +34,7 @@ HELD_OUT = 'its role in session.toml is "holdout"'
 
 
 T = TypeVar("T", bound=AnyTrial)
+Made = TypeVar("Made")
 
 
 class Recordings:
@@ -173,13 +175,13 @@ class Recordings:
         return tuple(self._file(spec.name) for spec in self._usable if spec.tracks is not None or spec in filmed)
 
     def _filmed(self) -> list[TrialSpec]:
-        """Find the trials that are tracked here, without those whose video cannot be read.
+        """Find the trials that are tracked here, without those whose video or boxes cannot be used.
 
         Raises:
             InputError: what is wrong with the boxes of any of them.
         """
         filmed = [spec for spec in self._usable if spec.tracks is None]
-        readable = of_each(filmed, self.videos.boxes).made
+        readable = of_each(filmed, partial(_or_left_out, self.videos.boxes)).made
         return [spec for spec in filmed if spec.name in readable]
 
     @property
@@ -232,7 +234,7 @@ class Recordings:
 
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
-            return self.videos.tracks(spec)
+            return _or_left_out(self.videos.tracks, spec)
         session = self._session
         tracked = as_tracked(load_tracks(spec.tracks, session.markers, session.camera.fps, rename=session.rename))
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
@@ -278,3 +280,15 @@ class Recordings:
         confidence = np.where(weight() > 0, tracks.confidence.values, 0.0)
         save_tracks(stage.file, tracks.assign(confidence=(("time", "keypoint"), confidence)))
         stage.mark()
+
+
+def _or_left_out(make: Callable[[TrialSpec], Made], spec: TrialSpec) -> Made:
+    """Make something of a trial.
+
+    Raises:
+        NotEnoughData: its boxes are no pose of the robot, as with two names exchanged: the other trials go on.
+    """
+    try:
+        return make(spec)
+    except ImpossibleBoxes as problem:
+        raise spoiled(spec, Path(problem.faults[0].file), problem) from problem

@@ -294,7 +294,7 @@ class Videos:
         try:
             video = Video(self._video(spec), self._job.options.workers, fps)
         except InputError as problem:
-            raise _spoiled(spec, problem) from problem
+            raise spoiled(spec, self._video(spec), problem) from problem
         if video.info.frames > 1 and rate_is_off(fps, *usual_spacing_s(video.info.time_s)):
             video.close()
             raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
@@ -331,14 +331,13 @@ def _frame(spec: TrialSpec, video: Video, number: int) -> Frame:
     try:
         return video.frame(number)
     except InputError as problem:
-        raise _spoiled(spec, problem) from problem
+        raise spoiled(spec, video.info.file, problem) from problem
 
 
-def _spoiled(spec: TrialSpec, problem: InputError) -> NotEnoughData:
-    """Make the error that leaves out a trial whose video cannot be read."""
-    assert spec.video is not None
+def spoiled(spec: TrialSpec, file: Path, problem: InputError) -> NotEnoughData:
+    """Make the error that leaves out a trial one of whose files cannot be used."""
     faults = " ".join(fault.describe() for fault in problem.faults)
-    return NotEnoughData(f"trial {spec.name}: {spec.video.name}: {faults}")
+    return NotEnoughData(f"trial {spec.name}: {file.name}: {faults}")
 
 
 class OfEach(NamedTuple, Generic[T]):
@@ -358,11 +357,23 @@ class OfEach(NamedTuple, Generic[T]):
         return self.made
 
 
+class FaultyTrials(InputError):
+    """The faults of some trials, raised after something was made of all others.
+
+    Attributes:
+        others: what was made of the others.
+    """
+
+    def __init__(self, faults: Iterable[Fault], others: OfEach[Any]) -> None:
+        super().__init__(faults)
+        self.others = others
+
+
 def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> OfEach[T]:
     """Make something of each trial; one that is faulty, or cannot be used, does not keep the others from it.
 
     Raises:
-        InputError: at the end, with the faults of all.
+        FaultyTrials: at the end, with the faults of all.
     """
     found, faults = OfEach[T]({}, {}), FaultCollector()
     for spec in specs:
@@ -371,7 +382,8 @@ def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> OfEac
                 found.made[spec.name] = make(spec)
         except NotEnoughData as problem:
             found.left_out[spec.name] = without_trial(spec.name, problem)
-    faults.raise_if_any()
+    if faults:
+        raise FaultyTrials(faults.faults, found)
     return found
 
 

@@ -4,6 +4,7 @@ import gzip
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from swimcal.motor_log import MOTOR_COLUMNS
 from swimcal.tracks import load_tracks, pixels_of, save_tracks
 from tests.calib.door import PLAN, Front, assert_reports, calibration_of, edit, files_in
+from tests.calib.filmed import change_boxes
 from tests.cases import changed
 
 MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,0.5,12,30,0\n" for k in range(300))
@@ -126,6 +128,29 @@ def test_a_session_whose_only_film_to_fit_is_spoiled_is_one_error_that_names_it(
 
     assert_reports(calib("fit", filmed, "--effort", "quick"), "trial slow: slow.mp4: not a readable video")
     assert not (filmed / "results" / "calibration.json").exists()
+
+
+def exchange_heads(content: dict[str, Any]) -> None:
+    boxes = content["boxes"]
+    boxes["nose"], boxes["neck"] = boxes["neck"], boxes["nose"]
+
+
+def test_exchanged_boxes_of_nose_and_neck_leave_out_that_trial_alone(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", 'role = "holdout"', 'role = "fit"')
+    change_boxes(filmed, "fast", exchange_heads)
+    outcome = calib("run", filmed, "--effort", "quick", "--until", "fit")
+
+    assert outcome.code == 0, outcome.err
+    data = calibration_of(filmed)
+    assert list(data["trials"]) == ["slow"]
+    assert [flag["kind"] for flag in data["flags"] if "Exchange nose and neck" in flag["message"]] == ["left_out"]
+
+
+def test_exchanged_boxes_in_all_trials_are_one_error_that_names_each(calib: Front, filmed: Path) -> None:
+    for name in ("slow", "fast"):
+        change_boxes(filmed, name, exchange_heads)
+
+    assert_reports(calib("fit", filmed), "trial slow: slow.boxes.json", "trial fast", "Exchange nose and neck")
 
 
 @pytest.mark.long

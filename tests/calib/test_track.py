@@ -96,6 +96,19 @@ def test_without_boxes_a_page_is_written_and_they_belong_next_to_the_video_where
     assert calib("track", filmed).code == 0
 
 
+def test_a_film_whose_boxes_are_not_found_hides_no_other_film(
+    calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refuse_to_find(monkeypatch)
+    without_boxes(filmed, "slow")
+
+    outcome = calib("track", filmed, "--export", "deeplabcut")
+    assert (outcome.code, "slow.click.html" in outcome.err) == (2, True)
+    assert [line.split()[0] for line in outcome.out.splitlines()[:2]] == ["trial", "fast"]
+    assert str(filmed / "results" / "tracking" / "fast.dlc.csv") in outcome.out.splitlines()
+    assert list(json.loads(calib("track", filmed, "--json").out)) == ["fast"]
+
+
 def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
     outcome = calib("track", with_tracks(filmed, "fast"), "--click")
 
