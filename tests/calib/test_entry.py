@@ -23,13 +23,34 @@ def test_it_has_the_names_it_promises_and_no_other() -> None:
         _ = front.nonsense
 
 
+COMPUTING = {
+    "scipy",
+    "pandas",
+    "xarray",
+    "matplotlib",
+    "mujoco",
+    "cv2",
+    "av",
+    "skimage",
+    "emcee",
+    "nlopt",
+    "arviz",
+    "rerun",
+}
+"""What takes long to load, and is used only once there is work."""
+
+
 @pytest.mark.parametrize(
-    ("module", "absent"),
-    [("calib", {"numpy", "mujoco", "fitting", "swimcal"}), ("calib.cli", {"scipy", "matplotlib", "mujoco", "cv2"})],
+    ("code", "absent"),
+    [
+        ("import calib", {"numpy", "fitting", "swimcal", *COMPUTING}),
+        ("import calib; calib.fit, calib.run, calib.open_session", {"rich", "reports", "diagnosis", *COMPUTING}),
+        ("import calib.cli", {"numpy", "fitting", "swimcal", *COMPUTING}),
+    ],
 )
-def test_importing_it_loads_nothing_that_it_does_not_use(module: str, absent: set[str]) -> None:
+def test_importing_it_loads_nothing_that_it_does_not_use(code: str, absent: set[str]) -> None:
     """So that a part of it may run where nothing else is installed, and help comes within a second instead of five."""
-    code = f"import sys; import {module}; print(*{absent} & set(sys.modules))"
+    code = f"import sys; {code}; print(*{absent} & set(sys.modules))"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert shown.stdout.strip() == ""
