@@ -58,6 +58,7 @@ test:
 	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -m "not long" $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME)
 
+test-all: export HYPOTHESIS_PROFILE ?= many
 test-all:
 	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -p tests.resume $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 $(IN_REAL_TIME)

@@ -118,7 +118,7 @@ def shown_from(wheel: Path, code: str, folder: Path) -> str:
 def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     code = (
         f"import importlib\nfor name in {PACKAGES!r}: print(importlib.import_module(name).__file__)\n"
-        "import swimmer; swimcal.robot.load_robot()\n"
+        "import swimcal.robot; swimcal.robot.load_robot()\n"
     )
 
     shown = shown_from(wheel, code, tmp_path)
