@@ -9,12 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-import typer
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
-
-from calib.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -132,13 +129,6 @@ def test_the_targets_that_a_page_names_are_in_the_makefile(page: str) -> None:
 
     assert named
     assert named <= targets
-
-
-def test_the_commands_that_the_readme_names_are_there() -> None:
-    named = set(re.findall(r"(?:^|[`/])calib ([a-z]+)", (ROOT / "README.md").read_text(), re.MULTILINE))
-
-    assert named
-    assert named <= set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 
 
 def test_no_committed_file_names_a_machine_or_a_package_host() -> None:
