@@ -44,7 +44,7 @@ def tracking(
 ) -> None:
     """Track rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
     from benchmarks.tracking.report import measure_tracking
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
@@ -66,7 +66,7 @@ def posterior(
     """Draw sessions from the prior; measure how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import measure_posterior
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
 
     seeds, command = range(first, first + count), f"python -m benchmarks posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
@@ -110,7 +110,7 @@ def effects(
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
 
     try:
         size, shard = suite_named(suite)
@@ -147,7 +147,7 @@ def pairs(
     from benchmarks.cases import Run
     from benchmarks.effects.pair_scoring import diagnose_pairs, score_pairs, scores_of
     from benchmarks.effects.pairs import make_pairs, plan_pairs
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
 
     if part == "make":
         made = make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed))
@@ -174,7 +174,7 @@ def foreign(
     """Fit random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
     from benchmarks.cases import Run
     from benchmarks.foreign.report import measure_foreign
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
 
     command = f"python -m benchmarks foreign --folder {folder} --seed {seed} --count {count}"
     with progress_bar(as_json) as progress:

@@ -78,7 +78,7 @@ def lens(
         >>> found.rms_px < 0.5
         True
     """
-    from calib.options import progress_bar
+    from calib.progress_bar import progress_bar
     from tracking.board import video_pictures
     from tracking.lens import calibrate_lens, save_camera
 

@@ -18,33 +18,16 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from calib import camera, capture, policy
-from calib.batch import Work, index_sessions, report_session, run_all, run_pipeline
 from calib.kept_output import keep_output
-from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step, progress_bar
-from calib.pipeline import Pipeline, working
-from calib.pipeline import open_session as _open_session
-from calib.results.fit import FitResult, StructureResult
-from calib.results.gap import EffectTest, GapResult, PosteriorResult
-from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
-from calib.results.result import Export
-from calib.results.tracks import TrackResult
-from calib.results.twin import SwimTwin
-from calib.robot_sheet import draw_robot
-from calib.stages.diagnosis import check_names
-from calib.stages.fit import nominal_mjcf
-from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
-from swimcal.create_session import FISHSIM_MARKERS, new_from_fishsim
-from swimcal.effects.affected_twin import AffectedTwin
-from swimcal.effects.catalogue import catalogue
-from swimcal.effects.effect import Effect, Parameter
+from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
 from swimcal.errors import (
     FaultCollector,
     InputError,
@@ -56,16 +39,24 @@ from swimcal.errors import (
     SimulationDiverged,
     SwimcalError,
 )
-from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients
 from swimcal.results import write_whole
-from swimcal.robot import load_robot
 from swimcal.session import SESSION_FILE, Session
 from swimcal.tracks import NO_NAMES
-from swimcal.twin import Twin
-from tracking.follow_video import TrackerName
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
+
+    from calib.batch import Work
+    from calib.pipeline import Pipeline
+    from calib.results.fit import FitResult, StructureResult
+    from calib.results.gap import EffectTest, GapResult, PosteriorResult
+    from calib.results.result import Export
+    from calib.results.tracks import TrackResult
+    from calib.results.twin import SwimTwin
+    from calib.robot_sheet import draw_robot
+    from swimcal.effects.effect import Effect, Parameter
+    from tracking.follow_video import TrackerName
 
 __all__ = [
     "Effect",
@@ -133,7 +124,9 @@ def open_session(folder: str | Path) -> Session:
         >>> [trial.name for trial in session.trials if trial.role == "fit"]
         ['slow']
     """
-    return _open_session(_folder(folder), needs_commands=False)
+    from calib import pipeline
+
+    return pipeline.open_session(_folder(folder), needs_commands=False)
 
 
 def fit(
@@ -184,7 +177,7 @@ def fit(
     with _working(session, Options(effort, workers), progress) as pipeline:
         work(pipeline)
         keep_output(pipeline)
-        return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+        return _result_of_fit(pipeline)
 
 
 def posterior(
@@ -215,6 +208,9 @@ def posterior(
         >>> list(calib.posterior("pool", "quick", progress=False).to_frame("coefficients").index)[:2]
         ['blunt_drag', 'slender_drag']
     """
+    from calib.pipeline import Pipeline
+    from calib.results.made import posterior_result
+
     _compute_elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
         stage = pipeline.posterior()
@@ -256,6 +252,12 @@ def diagnose(
         >>> round(sum(gap.where.by_stage.values()), 6)
         1.0
     """
+    from calib.pipeline import Pipeline
+    from calib.results.made import gap_result
+    from calib.stages.diagnosis import check_names
+    from swimcal.effects.catalogue import catalogue
+    from swimcal.effects.effect import Effect
+
     asked = list(catalogue().values()) if effects is None else list(effects)
     own = tuple(effect for effect in asked if isinstance(effect, Effect))
     named = {effect.name if isinstance(effect, Effect) else effect for effect in asked}
@@ -296,6 +298,8 @@ def effect_test(
         >>> found.log_bayes_factor < 0              # the trials are against it
         True
     """
+    from calib.results.made import test_result
+
     with _working(session, Options(effort, workers), progress) as pipeline:
         return test_result(pipeline, pipeline.effect_test(tuple(effects)))
 
@@ -329,8 +333,12 @@ def track(
         >>> tracks["slow"].position_head.dims
         ('time', 'space', 'keypoint')
     """
+    from calib.results.made import track_result
+    from calib.results.result import Export
+    from calib.tracked_videos import click_pages, track_videos
+
     options = Options(workers=workers, tracker=method)
-    with working(_folder(session), not progress, options, needs_commands=False) as pipeline:
+    with _working(session, options, progress, needs_commands=False) as pipeline:
         return Export(click_pages(pipeline, frame)) if click else track_result(pipeline, track_videos(pipeline, export))
 
 
@@ -351,12 +359,14 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
         >>> calib.correct("filmed", "f1_25", swapped)
         'filmed/trials/f1_25.edits.jsonl: added line 1; 1 edit counts. `calib track` replays them'
     """
+    from calib.tracked_videos import correct_track
+
     return correct_track(_folder(session), trial, correction)
 
 
 def load_tracks(
     path: str | Path, markers: Sequence[str], fps: float | None = None, rename: Mapping[str, str] = NO_NAMES
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Read tracks of any program: this one's CSV, DeepLabCut, SLEAP, movement, or the authors' headerless CSV.
 
     Args:
@@ -409,6 +419,8 @@ def convert_tracks(
         >>> calib.convert_tracks("pool/trials/slow.csv.gz", "slow.nc", "movement").name
         'slow.nc'
     """
+    from calib.tracked_videos import check_form
+    from swimcal.create_session import FISHSIM_MARKERS
     from tracking.formats import export_tracks, import_tracks
     from tracking.tracked import as_tracked
 
@@ -460,13 +472,15 @@ def run(
         >>> calib.run("pool", "quick", progress=False).file.name
         'calibration.json'
     """
+    from calib.batch import index_sessions, run_all, run_pipeline
+
     check_last_step(until)
     if isinstance(sessions, Session | str | Path):
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
                 run_pipeline(pipeline, until)
                 keep_output(pipeline)
-                return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+                return _result_of_fit(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
     return index_sessions(
@@ -493,6 +507,9 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
         >>> calib.report(["pool", "filmed"]).failures           # of several, one that fails stops no other
         {'filmed': 'filmed/results/calibration.json: ... Run `calib fit filmed`.'}
     """
+    from calib.batch import index_sessions, report_session
+    from calib.results.result import Export
+
     if isinstance(sessions, Session | str | Path) and index is None:
         entry, note = report_session(_folder(sessions))
         assert entry.report is not None
@@ -518,6 +535,7 @@ def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False
         'session.rrd'
     """
     from calib import viewer as recording
+    from calib.results.result import Export
 
     with _working(session, Options(), True) as pipeline:
         file = recording.make_recording(pipeline)
@@ -544,6 +562,10 @@ def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml")
         >>> mujoco.MjModel.from_xml_path(str(made.file)).nu     # the motor
         1
     """
+    from calib.results.result import Export
+    from calib.stages.fit import nominal_mjcf
+    from swimcal.robot import load_robot
+
     if _is_robot(source):
         robot = load_robot(source if source is None else Path(source))  # type: ignore[arg-type]
         write_whole(Path(out), nominal_mjcf(robot))
@@ -578,6 +600,12 @@ def load_twin(
         >>> swim.position.dims, bool(swim.speed[1] > swim.speed[0] > 0)
         (('run', 'time', 'space', 'keypoint'), True)
     """
+    from calib.results.twin import SwimTwin
+    from swimcal.effects.affected_twin import AffectedTwin
+    from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients
+    from swimcal.robot import load_robot
+    from swimcal.twin import Twin
+
     if _is_robot(source):
         robot = load_robot(source if source is None else Path(source))  # type: ignore[arg-type]
         water, markers = PUBLISHED_COEFFICIENTS, tuple(robot.markers)
@@ -598,6 +626,8 @@ def effects() -> Mapping[str, Effect]:
         >>> calib.effects()["crank_arm_error"].parameters[0].unit
         '1'
     """
+    from swimcal.effects.catalogue import catalogue
+
     return catalogue()
 
 
@@ -617,6 +647,8 @@ def compare(
         >>> calib.compare(["pool"], "coefficients").index[0]
         ('synthetic', 'blunt_drag')
     """
+    import pandas as pd
+
     results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
     names = [result.session.name for result in results]
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
@@ -639,6 +671,8 @@ def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.Data
         >>> calib.doctor().loc["engine"].state
         'ok'
     """
+    import pandas as pd
+
     from calib.checkup import check_installation, check_motor, check_session
 
     checks = [*check_installation()]
@@ -702,6 +736,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         [('f0_75', 0.75, 'fit'), ('f1_25', 1.25, 'holdout')]
     """
     from calib.new import new_from_files
+    from swimcal.create_session import new_from_fishsim
+    from swimcal.robot import load_robot
     from swimsynth.plan import default_plan
     from swimsynth.session import make_session
 
@@ -718,6 +754,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
+        from calib.progress_bar import progress_bar
+
         with progress_bar(quiet=not progress) as tell:
             file = robot if robot is not None or model is None else model.robot_file
             spec = None if file is None else load_robot(Path(file))
@@ -726,6 +764,21 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename, model)
     return Path(folder)
+
+
+def __getattr__(name: str) -> Any:
+    """Load what functions return or take, or draw, when it is asked for: with the libraries behind it takes seconds."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from calib.results.fit import FitResult, StructureResult
+    from calib.results.gap import EffectTest, GapResult, PosteriorResult
+    from calib.results.tracks import TrackResult
+    from calib.results.twin import SwimTwin
+    from calib.robot_sheet import draw_robot
+    from swimcal.effects.effect import Effect, Parameter
+
+    results = (FitResult, StructureResult, PosteriorResult, GapResult, EffectTest, TrackResult)
+    return {each.__name__: each for each in (*results, SwimTwin, draw_robot, Effect, Parameter)}[name]
 
 
 def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
@@ -737,6 +790,12 @@ def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
         pipeline.published()
 
 
+def _result_of_fit(pipeline: Pipeline) -> FitResult | StructureResult:
+    from calib.results.made import fit_result, structure_result
+
+    return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+
+
 def _check_fps(fps: float | None, faults: FaultCollector) -> None:
     if fps is not None and not 0 < fps < float("inf"):
         faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
@@ -745,6 +804,8 @@ def _check_fps(fps: float | None, faults: FaultCollector) -> None:
 def _compute_elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
     """Let a dask worker do the work where a scheduler is given; its results are then current here."""
     if scheduler is not None:
+        from calib.batch import run_all
+
         for why in run_all([_folder(session)], effort, scheduler=scheduler, work=work).values():
             raise SwimcalError(why)
 
@@ -778,8 +839,10 @@ def _list_paths(paths: Any) -> list[Any]:
     return [Path(path) if isinstance(path, str | Path) else path for path in listed]
 
 
-def _working(session: AnySession, options: Options, progress: bool) -> Any:
-    return working(_folder(session), not progress, options)
+def _working(session: AnySession, options: Options, progress: bool, needs_commands: bool = True) -> Any:
+    from calib.pipeline import working
+
+    return working(_folder(session), not progress, options, needs_commands)
 
 
 def _is_robot(source: AnySession | None) -> bool:
@@ -789,6 +852,10 @@ def _is_robot(source: AnySession | None) -> bool:
 
 
 def _find_effects(effects: Iterable[str | Effect]) -> Iterable[Effect]:
+    from calib.stages.diagnosis import check_names
+    from swimcal.effects.catalogue import catalogue
+    from swimcal.effects.effect import Effect
+
     asked = list(effects)
     check_names("effects", [each for each in asked if isinstance(each, str)], catalogue())
     return (each if isinstance(each, Effect) else catalogue()[each] for each in asked)
@@ -796,4 +863,6 @@ def _find_effects(effects: Iterable[str | Effect]) -> Iterable[Effect]:
 
 def _current_fit(session: AnySession) -> FitResult:
     with _working(session, Options(), False) as pipeline:
+        from calib.results.made import fit_result
+
         return fit_result(pipeline)

@@ -7,7 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from calib.options import EffortName, Job, Options, progress_bar
+from calib.options import EffortName, Job, Options
+from calib.progress_bar import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, ReferenceSession, check_names
 from calib.stages.fit import FitStage, PublishedStage, StructureStage
 from calib.stages.posterior import PosteriorStage

@@ -17,13 +17,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import pandas as pd
-
-from calib.options import EffortName, progress_bar
+from calib.options import EffortName
 from swimcal.errors import Fault, InputError
 from swimcal.session import Session
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from swimgym.aquarium import Shoal
     from swimgym.course import Course
     from swimgym.policy import Policy, Swum
@@ -63,6 +63,8 @@ class PolicyScores:
 
     def to_frame(self) -> pd.DataFrame:
         """Make a table with a row for each policy or controller."""
+        import pandas as pd
+
         return pd.DataFrame.from_dict(dict(self.rows), orient="index")
 
 
@@ -99,6 +101,7 @@ def train(
         >>> scores.file.name
         'circle.npz'
     """
+    from calib.progress_bar import progress_bar
     from swimgym.swimmers import load_fish
 
     folder, quick = _folder(session), effort == "quick"

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from calib.options import is_kernel
 from calib.pipeline import Pipeline
+from calib.progress_bar import is_kernel
 from diagnosis.result import MissingForces
 from fitting.calibration import CalibratedTrial
 from fitting.phase import residuals

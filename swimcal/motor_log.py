@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
 from swimcal.flags import Flag
@@ -241,7 +240,7 @@ def continuous_position(
     if len(seen) < _WINDOW:
         return ShaftPosition(position_rad, ())
     turns, times = position_rad[seen] / TURN, time_s[seen]
-    near = median_filter(turns, _WINDOW, mode="mirror")
+    near = _running_median(turns, "mirror")
     strange = np.abs(turns - near) > _OFF_TURNS + 1.5 * _WINDOW / 2 * _usual_step(turns)
     within = turns[~strange]
     one_turn = bool(np.ptp(within) <= _ONE_TURN)
@@ -270,6 +269,13 @@ def continuous_position(
     return ShaftPosition(mended, flags if one_turn else (*flags, *_flag_jumps(log, lines[seen[kept[1:]]], jumps)))
 
 
+def _running_median(values: np.ndarray, beyond: str) -> np.ndarray:
+    """Return the median around each value; `beyond` the ends they go on as a mode of scipy's filters says."""
+    from scipy.ndimage import median_filter  # a fifth of a second, for which reading a session need not wait
+
+    return np.asarray(median_filter(values, _WINDOW, mode=beyond))
+
+
 def _usual_step(turns: np.ndarray) -> float:
     """Estimate how far the shaft turns between two readings where it is fast, turns.
 
@@ -288,7 +294,7 @@ def _jumps(times: np.ndarray, turns: np.ndarray, one_turn: bool) -> np.ndarray:
     step, spacing = np.diff(turns), np.diff(times)
     regular = spacing <= _GAP * np.median(spacing)
     speed = (step - np.round(step))[regular] / spacing[regular]
-    speed = np.interp(np.arange(len(step)), np.flatnonzero(regular), median_filter(speed, _WINDOW, mode="nearest"))
+    speed = np.interp(np.arange(len(step)), np.flatnonzero(regular), _running_median(speed, "nearest"))
     before, after = np.concatenate([speed[:1], speed[:-1]]), np.concatenate([speed[1:], speed[-1:]])
     low, high = spacing * np.minimum(before, after), spacing * np.maximum(before, after)
     jumps = np.round(step - (low + high) / 2)

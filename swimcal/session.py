@@ -14,9 +14,9 @@ import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean
 from swimcal.motor_log import load_commands, load_motor
@@ -44,6 +44,9 @@ from swimcal.session_file import (
 )
 from swimcal.toml import Key, TomlSource, read_toml
 from swimcal.tracks import NO_NAMES, load_tracks, markers_of, pixels_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX = ".motor.csv"

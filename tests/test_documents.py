@@ -43,11 +43,3 @@ def test_every_link_leads_to_a_file_and_a_heading(page: Path) -> None:
             target = (page.parent / name).resolve() if name else page
             assert target.exists(), link
             assert not anchor or anchor in anchors(target), link
-
-
-def test_the_first_screen_of_the_readme_installs_runs_and_tests() -> None:
-    first = (ROOT / "README.md").read_text().splitlines()[:20]
-    targets = (ROOT / "Makefile").read_text()
-    for command in ("make demo", "make test"):
-        assert any(line.startswith(f"{command} ") for line in first)
-        assert f"\n{command.removeprefix('make ')}:" in targets

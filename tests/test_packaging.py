@@ -9,12 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-import typer
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
-
-from calib.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -125,7 +122,7 @@ def shown_from(wheel: Path, code: str, folder: Path) -> str:
 def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     code = (
         f"import importlib\nfor name in {PACKAGES!r}: print(importlib.import_module(name).__file__)\n"
-        "import swimmer; swimcal.robot.load_robot()\n"
+        "import swimcal.robot; swimcal.robot.load_robot()\n"
     )
 
     shown = shown_from(wheel, code, tmp_path)
@@ -139,13 +136,6 @@ def test_the_targets_that_a_page_names_are_in_the_makefile(page: str) -> None:
 
     assert named
     assert named <= targets
-
-
-def test_the_commands_that_the_readme_names_are_there() -> None:
-    named = set(re.findall(r"(?:^|[`/])calib ([a-z]+)", (ROOT / "README.md").read_text(), re.MULTILINE))
-
-    assert named
-    assert named <= set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 
 
 def test_no_committed_file_names_a_machine_or_a_package_host() -> None:

@@ -173,10 +173,10 @@ def _note(event: str, arguments: tuple[object, ...]) -> None:
 
 
 def test_it_opens_nothing_of_a_suite_but_its_session(
-    fresh_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Answers lie next to the sessions as plain files; a diagnosis neither lists nor reads them."""
-    folder = Path(shutil.copytree(fresh_session, tmp_path / "suite" / "sessions" / "pool"))
+    folder = Path(shutil.copytree(finished_session, tmp_path / "suite" / "sessions" / "pool"))
     (tmp_path / "suite" / "answers").mkdir()
     (tmp_path / "suite" / "answers" / "pool.json").write_text("{}")
     sys.addaudithook(_note)

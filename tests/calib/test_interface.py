@@ -98,15 +98,6 @@ def examples() -> dict[str, list[doctest.DocTest]]:
 EXAMPLES = examples()
 
 
-@pytest.mark.parametrize("name", PUBLIC)
-def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name: str) -> None:
-    text = inspect.getdoc(PUBLIC[name]) or ""
-    assert "Example:" in text
-    assert "Raises:" in text or "Args, Raises:" in text or name == "effects"
-    for argument in inspect.signature(PUBLIC[name]).parameters:
-        assert argument in text or "Args, Raises:" in text
-
-
 @pytest.fixture
 def a_desk(whole: Path, finished_session: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with what the examples use."""

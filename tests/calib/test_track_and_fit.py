@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
-from calib.options import Bar, Lines
 from calib.pipeline import Pipeline, open_session
+from calib.progress_bar import Bar, Lines
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.tracks import pixels_of
 from tests.calib.door import ROOT, Front, calibration_of, edit, results_in

@@ -19,15 +19,3 @@ def test_every_file_that_the_page_points_at_is_there() -> None:
     pointed = re.findall(r"`((?:\w+/)+\w+\.py)`", PAGE)
     assert pointed
     assert [file for file in pointed if not (ROOT / file).is_file()] == []
-
-
-def test_no_title_in_the_code_stands_without_what_it_announces() -> None:
-    bare = []
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            lines = path.read_text().splitlines()
-            for number, line in enumerate(lines):
-                below = [each for each in lines[number + 1 :] if each.strip()]
-                if re.match("# [A-Z]", line) and (not below or (lines[number + 1] == "" and below[0].startswith("# "))):
-                    bare.append(f"{path.relative_to(ROOT)}:{number + 1}")
-    assert bare == []

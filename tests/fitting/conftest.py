@@ -6,14 +6,15 @@ from fitting.published import Swims
 from fitting.trial import MeasuredTrial
 from swimcal.robot import load_robot
 from swimcal.twin import Twin
-from swimsynth.session import Truth
-from tests.fitting.swims import noise_free
+from swimsynth.session import Truth, make_session
+from tests.fitting.swims import PLAN, noise_free
+from tests.once import made_once
 
 
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, MeasuredTrial], Truth]:
     """Noise-free swims of the twin, and their truth."""
-    return noise_free(tmp_path_factory.mktemp("noise_free"))
+    return noise_free(made_once(tmp_path_factory, "noise_free", lambda folder: make_session(folder, PLAN)))
 
 
 @pytest.fixture(scope="session")

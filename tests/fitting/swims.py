@@ -16,7 +16,7 @@ from swimcal.session import load_session
 from swimcal.tracks import as_tracks, load_tracks
 from swimsynth.disturbances import NOISELESS
 from swimsynth.plan import SyntheticPlan, SyntheticTrial
-from swimsynth.session import Truth, make_session, read_truth
+from swimsynth.session import Truth, read_truth
 from tracking.head_frame import HeadFrame, to_head_frame
 
 PLAN = SyntheticPlan(
@@ -33,8 +33,8 @@ MARKERS = ("nose", "neck", "tail_4", "tail_5", "caudal_fin")
 
 
 def noise_free(folder: Path) -> tuple[dict[str, MeasuredTrial], Truth]:
-    """The trials of `PLAN` as measured, by name, and their truth."""
-    session = load_session(make_session(folder / "session", PLAN))
+    """The trials of a session of `PLAN` as measured, by name, and their truth."""
+    session = load_session(folder)
     trials = {}
     for spec in session.trials:
         assert spec.tracks is not None

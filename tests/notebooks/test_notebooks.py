@@ -62,7 +62,8 @@ def test_the_cells_of_one_run_without_error_or_warning(
     monkeypatch.chdir(checkout / "notebooks")
     monkeypatch.setattr(plt, "show", lambda: plt.close("all"))
     exec(compile(script.read_text(), str(script), "exec"), {})
-    assert capsys.readouterr().err == ""
+    told = capsys.readouterr().err.splitlines()
+    assert [line for line in told if not line.startswith("calib: reading ")] == []  # progress, where a step is slow
 
 
 @pytest.mark.long

@@ -177,7 +177,7 @@ def test_faults_that_do_not_hide_each_other_come_together(tmp_path: Path) -> Non
     assert lines == sorted(lines)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     number=st.integers(min_value=0),
     value=st.one_of(

@@ -1,5 +1,5 @@
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swimcal.errors import InputError
@@ -48,7 +48,6 @@ def test_a_log_written_by_hand_is_read_with_its_lines(tmp_path):
     assert log.edits[1].edit.box == (10, 20, 5, 4)
 
 
-@settings(deadline=None, max_examples=25)
 @given(st.lists(edits, max_size=8))
 def test_the_log_is_only_added_to_and_comes_back(tmp_path_factory, several):
     path = tmp_path_factory.mktemp("log") / "f.edits.jsonl"
@@ -64,7 +63,6 @@ def test_the_log_is_only_added_to_and_comes_back(tmp_path_factory, several):
     assert [line for line, _ in again.edits] == list(range(2, 2 + len(several)))
 
 
-@settings(deadline=None, max_examples=25)
 @given(st.lists(st.one_of(edits, st.integers(0, 7)), max_size=8))
 def test_an_undo_leaves_what_was_in_force_before_the_edit(tmp_path_factory, several):
     log = EditLog(tmp_path_factory.mktemp("log") / "f.edits.jsonl", MARKERS, FRAMES)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swimcal.flags import Flag
@@ -46,7 +46,6 @@ def test_what_only_csrt_saw_goes_with_its_samples(path, edit, left) -> None:
     } == left
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.lists(edits, max_size=4), edits, st.integers(0, 99))
 def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):
     trial = mixed_trial(seed, FRAMES, MARKERS)
@@ -55,7 +54,6 @@ def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):
     assert same(apply_edits(trial, undone), apply_edits(trial, log_of(path, *several)))
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.lists(edits, min_size=1, max_size=5), st.integers(0, 99))
 def test_edits_are_replayed_in_order_and_the_trial_is_left_alone(tmp_path_factory, several, seed):
     trial, kept = mixed_trial(seed, FRAMES, MARKERS), mixed_trial(seed, FRAMES, MARKERS)
