@@ -747,7 +747,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit}
         | {"--rename": dict(rename), "--seed": seed, "--like": like},
     )
-    model = None if like is None else _open_session(_folder(like), needs_commands=False)
+    model = None if like is None else open_session(_folder(like))
     faults = FaultCollector("the options")
     _check_fps(fps, faults)
     faults.raise_if_any()
