@@ -95,7 +95,7 @@ COURSE_OF_LAUNCH = (0.004, 0.015)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
 SLIDE_OF_LAUNCH_PER_S = 1e-3
 """Standard deviation of a marker's slide along the fish over its place: a camera tilted by 20 mrad, at 0.1 m/s."""
-ERROR_SIZES = {0.7: 0.3, 1.0: 0.4, 2.0: 0.2, 4.0: 0.1}
+ERROR_SIZES = {0.7: 0.3, 1.0: 0.35, 2.0: 0.2, 4.0: 0.1, 8.0: 0.05}
 """Prior probabilities of the size of the twin's own discrepancy beside a reference."""
 SMOOTH_SIZES_M = {0.0: 0.4, 0.001: 0.2, 0.003: 0.2, 0.01: 0.2}
 """Prior probabilities of the size of the smooth error that both sessions share, m."""
@@ -107,6 +107,8 @@ STRONGEST_CHANGE_SD = 8.0
 """Largest change, in prior standard deviations of an effect: else two strong ones may cancel."""
 ONE_CHANGE = (0.5, 0.5)
 """Prior probabilities of no change and of one: who compares with a reference changes one thing."""
+LIKE_A_CHANGE = 0.05
+"""Odds that a change with something else besides only looks like its effect: its form may differ. Development."""
 FORM_ERROR_OF_CHANGE = (0.1, 0.2, 0.4)
 """Shares of its norm that the form of a change may miss, without a limit. Development."""
 

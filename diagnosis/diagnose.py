@@ -19,7 +19,15 @@ from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from diagnosis.change import weigh_refits
-from diagnosis.constants import ADEQUATE, FORM_ERROR, FORM_ERROR_OF_CHANGE, MOST_LEFT, ONE_CHANGE, STRONGEST_CHANGE_SD
+from diagnosis.constants import (
+    ADEQUATE,
+    FORM_ERROR,
+    FORM_ERROR_OF_CHANGE,
+    LIKE_A_CHANGE,
+    MOST_LEFT,
+    ONE_CHANGE,
+    STRONGEST_CHANGE_SD,
+)
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
@@ -201,6 +209,7 @@ def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Prio
         strongest=STRONGEST_CHANGE_SD,
         by_part=True,
         number=ONE_CHANGE,
+        look_alike_beside=LIKE_A_CHANGE,
     )
     tell("the plain twin in both sessions", 0.0)
     both = Comparison.of(data)

@@ -161,7 +161,7 @@ def _ranges(signature: Signature, number: int, space: Whitened, strongest: float
         if last is not None and np.linalg.norm(column - last.column) <= _SAME * np.linalg.norm(last.column):
             found[-1] = last._replace(high=piece.high / sd)
         else:
-            of_parts = space.projected(parts * row)
+            of_parts = space.projected(parts * row) if len(parts) else np.zeros((0, len(column)))
             found.append(_Range(piece.low / sd, piece.high / sd, column, float(norm), of_parts))
     return found if any(np.linalg.norm(each.column) > _SILENT for each in found) else []
 
@@ -202,6 +202,7 @@ class Priors:
         other: prior probability of an unknown effect, with whatever effects.
         placed: probability that an unknown effect acts at one place.
         look_alike: odds, against an effect, of an unknown one that looks like it.
+        look_alike_beside: the same of one with another unknown effect besides.
         differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
         most_wrong: largest whitened norm of a form error: a larger residual is due to something else.
         strongest: largest strength of an effect, in standard deviations of its parameters.
@@ -213,6 +214,7 @@ class Priors:
     other: float = 0.1
     placed: float = 0.4
     look_alike: float = 0.3
+    look_alike_beside: float = 0.3
     differs: float = 0.05
     most_wrong: float = MOST_WRONG
     strongest: float = np.inf
@@ -497,7 +499,7 @@ class Hypotheses:
         if not other:
             return self.priors.look_alike * unseen
         by_chance = self.priors.other / (1 - self.priors.other)
-        return self.priors.look_alike * (1 - unseen) * self._of_features(effect) / by_chance
+        return self.priors.look_alike_beside * (1 - unseen) * self._of_features(effect) / by_chance
 
     def shows_in_features(self, name: str) -> bool:
         """Tell whether most of what an effect does is in features, not in frequencies or free decays."""

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from diagnosis.constants import SIZES
-from diagnosis.evidence import Residual, effect_responses, gaussian_evidence, log_mass
+from diagnosis.evidence import Priors, Residual, effect_responses, gaussian_evidence, log_mass
 from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
@@ -185,7 +185,9 @@ def test_the_evidence_is_that_of_the_normal_distribution_averaged_over_sizes(
         covariance = np.diag(1 + own[2] ** 2 / q * residual.spread) + columns * np.square(own[:2]) @ columns.T
         densities.append(multivariate_normal(np.zeros(q), covariance).logpdf(residual.value))
     expected = np.logaddexp.reduce(densities) - np.log(len(densities))
-    found = gaussian_evidence(residual, responses, other, (0.0,)).evidence - q / 2 * np.log(2 * np.pi)
+    found = gaussian_evidence(residual, responses, other, Priors(form_error=(0.0,))).evidence - q / 2 * np.log(
+        2 * np.pi
+    )
     assert found == pytest.approx(expected, abs=0.02)
 
 
