@@ -24,6 +24,8 @@ BESIDE = 0.6
 """Least such probability of further names, if no group of alternatives has ENOUGH; refits decide then. Development."""
 HELD = 0.5
 """Least probability that one of the effects themselves is present for a name: more likely than not."""
+NEAR_THRESHOLD = 0.005
+"""Distance of a probability from a threshold that is told: three times what another machine or thread changes."""
 MOST_ALIKE = 3
 """Largest number of alternatives in a group; the public contract."""
 LOOKED_AT = 10

@@ -27,12 +27,14 @@ from diagnosis.result import (
     Place,
     Strength,
 )
+from diagnosis.verdict import borderline
 from fitting.session_forecast import TWIN, SessionForecast
 from swimcal.effects.effect import Parameter
 from swimcal.mjcf import FluidCoefficients
 
 _AT_BOUND = 0.01  # largest distance from a bound, as a share of the parameter's range
 _LEAST = 1e-4  # least probability of an effect that is reported
+_STAGE = {"measurement": "camera", "fluid": "water"}  # names of families of effects that are no stages
 _LEAST_OF_PLACE = 0.01  # least probability of a place that is reported
 _SETS = 12  # sets of effects that are reported
 
@@ -71,7 +73,26 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         models=tuple(models),
         reference=found.weighed.reference,
         adequate=found.adequate,
+        borderline=_borderline(found),
+        stages=_stages(found),
     )
+
+
+def _borderline(found: Diagnosis) -> str | None:
+    """Name the verdict that this one nearly was."""
+    other = borderline(found.said.verdict, found.said.probabilities)
+    if other is None:
+        return None
+    named = ", ".join(" or ".join(group) for group in other.groups)
+    return f"{other.name} ({named})" if named else other.name
+
+
+def _stages(found: Diagnosis) -> dict[str, float]:
+    """Sum up the probabilities of the effects of each stage."""
+    chances, of_stage = found.said.probabilities, dict[str, list[int]]()
+    for number, signature in enumerate(found.weighed.signatures):
+        of_stage.setdefault(_STAGE.get(signature.effect.family, signature.effect.family), []).append(number)
+    return {stage: min(float(chances.any_present(own)), 1.0) for stage, own in of_stage.items()}
 
 
 def effect_test_result(found: EffectTest) -> EffectTestResult:

@@ -433,6 +433,8 @@ class DiagnosisResult:
         models: names of the files of twins with effects.
         reference: the session that this one was compared with; null without one.
         adequate: whether the best set of effects leaves no more than noise.
+        borderline: the other verdict that it nearly was, with its effects in brackets; null where it is clear.
+        stages: probability that an effect of the catalogue acts on the camera, drive, tendons, structure or water.
     """
 
     verdict: VerdictName
@@ -457,6 +459,8 @@ class DiagnosisResult:
     models: tuple[str, ...] = ()
     reference: ComparedWith | None = None
     adequate: Adequacy | None = None
+    borderline: str | None = None
+    stages: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def chances(self) -> dict[str, float]:

@@ -18,7 +18,17 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import logit
 
-from diagnosis.constants import ALARM, BESIDE, ENOUGH, FEWEST_TRIALS, HELD, LOOKED_AT, MOST_ALIKE, MOST_GROUPS
+from diagnosis.constants import (
+    ALARM,
+    BESIDE,
+    ENOUGH,
+    FEWEST_TRIALS,
+    HELD,
+    LOOKED_AT,
+    MOST_ALIKE,
+    MOST_GROUPS,
+    NEAR_THRESHOLD,
+)
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.held_out import SkillScore, skill_score
 from diagnosis.hypotheses import Probabilities
@@ -60,39 +70,57 @@ class Verdict:
         return _naming(groups, found)
 
 
-def verdict_of(found: Probabilities) -> Verdict:
+def verdict_of(found: Probabilities, shift: float = 0.0) -> Verdict:
     """Derive the verdict from probabilities.
 
     A group is the fewest effects, at most three, one of which the gap certainly looks like, if there is one; there may
     be several groups, which act together; in addition to a certain group a likely one is enough, and no group counts
     without a certain one. An effect that may as well be something else which only looks like it is not named. Whatever
     else may be present is left to the remainder; where there is no group at all the gap is unexplained.
+
+    Args:
+        found: the probabilities.
+        shift: what is added to every threshold, to see how near it lies.
     """
     groups: list[tuple[int, ...]] = []
-    while len(groups) < MOST_GROUPS and (group := _group(found, groups)) is not None:
+    while len(groups) < MOST_GROUPS and (group := _group(found, groups, shift)) is not None:
         groups.append(group)
-    held = tuple(tuple(found.names[i] for i in group) for group in groups if found.any_present(group) >= HELD)
-    return _naming(held, found)
+    held = tuple(tuple(found.names[i] for i in group) for group in groups if found.any_present(group) >= HELD + shift)
+    return _naming(held, found, shift)
 
 
-def _is_sure(found: Probabilities, group: tuple[str, ...]) -> bool:
+def borderline(said: Verdict, found: Probabilities) -> Verdict | None:
+    """Return the other verdict that slightly other thresholds would lead to; None where the verdict is clear.
+
+    Args:
+        said: the verdict.
+        found: the probabilities that it rests on.
+    """
+    if verdict_of(found) != said:
+        return None  # it does not rest on these thresholds alone
+    near = (verdict_of(found, shift) for shift in (-NEAR_THRESHOLD, NEAR_THRESHOLD))
+    return next((other for other in near if other != said), None)
+
+
+def _is_sure(found: Probabilities, group: tuple[str, ...], shift: float = 0.0) -> bool:
     """Tell whether the gap, if there is one, certainly looks like one of a group."""
-    return found.any_seen([found.names.index(name) for name in group]) >= ENOUGH * (1 - found.null)
+    seen = found.any_seen([found.names.index(name) for name in group])
+    return seen >= (ENOUGH + shift) * (1 - found.null)
 
 
-def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities) -> Verdict:
-    if 1 - found.null < ALARM:
+def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities, shift: float = 0.0) -> Verdict:
+    if 1 - found.null < ALARM + shift:
         return Verdict("no_gap", ())
-    if not any(_is_sure(found, group) for group in groups):
+    if not any(_is_sure(found, group, shift) for group in groups):
         return Verdict("unexplained", ())
     return Verdict("named" if all(len(group) == 1 for group in groups) else "inseparable", groups)
 
 
-def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
+def _group(found: Probabilities, before: list[tuple[int, ...]], shift: float) -> tuple[int, ...] | None:
     """Return the next group of alternatives after the groups before, the likeliest first."""
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:LOOKED_AT]
-    for enough in (ENOUGH * (1 - found.null), *([BESIDE] if before else [])):
+    for enough in ((ENOUGH + shift) * (1 - found.null), *([BESIDE + shift] if before else [])):
         for size in range(1, MOST_ALIKE + 1):
             chances = {group: found.any_seen(group) for group in combinations(likely, size)}
             best = max(chances, key=lambda group: chances[group], default=None)

@@ -52,12 +52,7 @@ def gap_caveats(found: DiagnosisResult | None) -> tuple[str, ...]:
 
 
 def _checks(found: DiagnosisResult) -> list[str]:
-    gap, caveats = found.gap, []
-    if found.doubted_trials:
-        caveats.append(
-            f"{listed(found.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
-            "named; look into the flags of the fit first"
-        )
+    gap, caveats = found.gap, _of_verdict(found)
     if found.effects and gap.evaluated_on and gap.shrinkage <= 0:
         caveats.append("the named effects do not reduce the gap on held-out trials")
     if found.effects and gap.with_effects_mm > gap.baseline_mm:
@@ -95,6 +90,21 @@ def _checks(found: DiagnosisResult) -> list[str]:
         caveats.append("one trial was fitted; two or more at different speeds determine far more")
     elif found.effects and not found.evidence.cross_validation.trials:
         caveats.append("two trials were fitted: cross-validation of the named effects needs three")
+    return caveats
+
+
+def _of_verdict(found: DiagnosisResult) -> list[str]:
+    """Say what the verdict as such suffers from: trials that no twin follows, a threshold that is near."""
+    caveats = []
+    if found.doubted_trials:
+        caveats.append(
+            f"{listed(found.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
+            "named; look into the flags of the fit first"
+        )
+    if found.borderline is not None:
+        caveats.append(
+            f"the verdict lies near a threshold: with slightly other numbers it would be {in_words(found.borderline)}"
+        )
     return caveats
 
 

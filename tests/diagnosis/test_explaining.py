@@ -13,9 +13,9 @@ import pytest
 from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Priors
-from diagnosis.hypotheses import average_hypotheses, error_sizes
+from diagnosis.hypotheses import Hypothesis, Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel
-from diagnosis.verdict import verdict_of
+from diagnosis.verdict import Verdict, borderline, verdict_of
 from fitting.signatures import Whitened
 from tests.cases import later
 from tests.diagnosis.rows import DIRECTIONS, K, catalogue
@@ -83,3 +83,12 @@ def test_probabilities_are_averaged_over_the_sizes_of_the_error() -> None:
             alone.append(average_hypotheses(error_sizes(at, catalogue()), catalogue(), Priors()).probabilities.null)
     assert min(alone) < found.probabilities.null < max(alone)
     assert sum(found.probabilities.of.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("chance", "near"), [(0.979, "named"), (0.9795, "named"), (0.9805, "no_gap"), (0.99, None)])
+def test_a_verdict_near_a_threshold_says_so(chance: float, near: str | None) -> None:
+    found = Probabilities(("one", "other"), {Hypothesis(()): 1 - chance, Hypothesis((0,)): chance})
+    said = verdict_of(found)
+    other = borderline(said, found)
+    assert (None if other is None else other.name) == near
+    assert borderline(Verdict("unexplained", ()), found) is None  # a verdict for another reason
