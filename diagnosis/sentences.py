@@ -16,6 +16,7 @@ _OF_STAGE = {
 }
 _STANDS_OUT = 0.005  # least share of a stage that is named
 _MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
+_SHARES = ("relative", "share")  # parameters that are told in percent
 _LOOKS_LIKE = 0.5  # least share of all probabilities for an effect to be what the gap looks like
 
 
@@ -121,7 +122,9 @@ def visible_changes(data: DiagnosisResult) -> tuple[str, ...]:
 def _in_unit(least: Visible) -> str:
     if least.unit == "m":
         return f"{1000 * least.value:.2g} mm"
-    return f"{100 * least.value:.2g} %" if least.unit == "1" else f"{least.value:.2g} {least.unit}"
+    if least.unit == "1":
+        return f"{100 * least.value:.2g} %" if least.parameter in _SHARES else f"{least.value:.2g}"
+    return f"{least.value:.2g} {least.unit}"
 
 
 def near_miss(data: DiagnosisResult) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from math import isnan
+from pathlib import Path
 
 from markupsafe import Markup
 
@@ -317,7 +318,7 @@ def _compared(found: DiagnosisResult, context: ReportContext) -> Section:
         if each.within_bounds
     )
     text = (
-        f"The reference is {reference.session}, with {counted(len(reference.swims), 'swim')}. Its launches differ "
+        f"The reference is {Path(reference.session).name}, with {counted(len(reference.swims), 'swim')}. Its launches differ "
         f"{shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error of the "
         "water first of all, cancels."
     )

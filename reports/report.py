@@ -123,11 +123,13 @@ DRY_SECTIONS: tuple[SectionBuilder, ...] = (
 )
 """Sections on robot and motor, which a session without a swim trial has as well."""
 
+_OF_GAP, _OF_CHANGE = "What is missing from the twin?", "What changed since the reference?"
+
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("", (build_summary,)),  # the first screen
     ("How far off is the twin?", (build_forecasts, build_trials, build_residuals, build_tail_beat)),
     ("How sure are the coefficients?", (build_posterior, build_coefficients)),
-    ("What is missing from the twin?", (build_gap,)),
+    (_OF_GAP, (build_gap,)),
     ("Where can it be steered?", (build_steering,)),
     ("What is known of robot and motor?", DRY_SECTIONS),
     ("Can the tracks be trusted?", (build_track_quality,)),
@@ -153,7 +155,8 @@ def write_report(path: Path, context: ReportContext) -> None:
 def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> str:
     """Render the report, or some of its sections, as HTML that opens offline, holds its figures, and loads nothing."""
     per_question = [
-        (question, [build(context) for build in builders if build in sections]) for question, builders in QUESTIONS
+        (_asked(question, context), [build(context) for build in builders if build in sections])
+        for question, builders in QUESTIONS
     ]
     built = [(question, [one for one in own if one is not None]) for question, own in per_question]
     calibration, provenance = context.calibration, context.provenance
@@ -167,6 +170,12 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
         f"effort {provenance.effort}, seed {provenance.seed}",
         questions=[(question, own) for question, own in built if own],
     )
+
+
+def _asked(question: str, context: ReportContext) -> str:
+    """Return the question as it is asked of this session: with a reference a diagnosis tells of a change."""
+    found = context.diagnosed
+    return _OF_CHANGE if question == _OF_GAP and found is not None and found.reference is not None else question
 
 
 def gallery(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> dict[str, Plot]:
