@@ -318,8 +318,8 @@ def _compared(found: DiagnosisResult, context: ReportContext) -> Section:
         if each.within_bounds
     )
     text = (
-        f"The reference is {Path(reference.session).name}, with {counted(len(reference.swims), 'swim')}. Its launches differ "
-        f"{shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error of the "
+        f"The reference is {Path(reference.session).name}, with {counted(len(reference.swims), 'swim')}. Its launches "
+        f"differ {shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error of the "
         "water first of all, cancels."
     )
     blocks: list[Block] = [Prose(text)]
