@@ -319,8 +319,8 @@ def _compared(found: DiagnosisResult, context: ReportContext) -> Section:
     )
     text = (
         f"The reference is {Path(reference.session).name}, with {counted(len(reference.swims), 'swim')}. Its launches "
-        f"differ {shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error of the "
-        "water first of all, cancels."
+        f"differ {shown(reference.launch_scatter)} times as much as is usual; whatever both sessions share, the error "
+        "of the water first of all, cancels."
     )
     blocks: list[Block] = [Prose(text)]
     if rows:
