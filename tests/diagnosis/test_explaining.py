@@ -37,6 +37,10 @@ class Row:
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
     model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
+    @property
+    def observed(self) -> np.ndarray:
+        return np.ones(K, bool)
+
     def with_error(self, error: float, common: np.ndarray) -> Row:
         return replace(self, error=error, common=common)
 
