@@ -91,8 +91,9 @@ SHARED_SD = 5.0
 """Width of what both sessions share of every effect, in prior standard deviations. Prototype: 1 raises false alarms."""
 USUAL_BETWEEN_LAUNCHES = 0.05
 """Standard deviation of an effect's parameters from launch to launch, in those of its prior. Prototype."""
-BETWEEN_LAUNCHES = {"bend_offset": 0.5, "motor_start_delay": 0.4}
-"""The same of effects that differ more: the trim of the tail at rest (15 mrad), and when a film begins (20 ms)."""
+BETWEEN_LAUNCHES = {"bend_offset": 0.5, "motor_start_delay": 0.4, "lens_distortion": 0.3, "camera_parallax": 0.15}
+"""The same of effects that differ more: the trim of the tail at rest (15 mrad), and when a film begins (20 ms); what a
+tilted camera shows is like a lens or heights that differ with the place in the picture. Development."""
 COURSE_OF_LAUNCH = (0.004, 0.015)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
 SLIDE_OF_LAUNCH_PER_S = 1e-3
