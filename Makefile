@@ -53,12 +53,10 @@ test test-all: export OPENBLAS_NUM_THREADS = 1
 # processes would else do by itself, for half a minute.
 test test-all: check-beside-compiling
 
-# Tests of a motor on a pseudo-terminal wait most of their time: in a process of their own, beside the others.
-MOTOR_SAYS := build/in-real-time.txt
+# A motor on a pseudo-terminal answers within milliseconds or not at all: its tests get the machine for themselves.
 test:
-	@mkdir -p $(dir $(MOTOR_SAYS)); $(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME) >$(MOTOR_SAYS) 2>&1 & \
-	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -m "not long" $(IN_REAL_TIME:%=--ignore=%); tested=$$?; \
-	wait $$!; moved=$$?; cat $(MOTOR_SAYS); exit $$((tested ? tested : moved))
+	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -m "not long" $(IN_REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME)
 
 test-all: export HYPOTHESIS_PROFILE ?= many
 test-all:
