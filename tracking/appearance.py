@@ -194,11 +194,6 @@ def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
     return _margins(grey, centre_px, side_px)[0] < -ENOUGH
 
 
-def stand_out(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray, least: float) -> np.ndarray:
-    """Return (m,) bool, the markers that stand out by so many grey levels; arguments as of `lies_within`."""
-    return _margins(grey, centre_px, side_px)[0] >= least
-
-
 def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Measure the contrast (m,) of each marker, below 0 within the levels around it, and as a share of the largest."""
     found = []

@@ -1,8 +1,7 @@
 """Start boxes that hold no marker, or may hold none.
 
-`without_marker` finds boxes in which nothing stands out: they are refused. `inside_marker` tells which of them lie
-within a marker that is wider. `doubtful_boxes` flags those in which no more stands out than on the water elsewhere, or
-something unlike all other markers.
+`without_marker` finds boxes in which nothing stands out: they are refused. `doubtful_boxes` flags those in which no
+more stands out than on the water elsewhere, or something unlike all other markers.
 """
 
 from collections.abc import Sequence
@@ -10,11 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from swimcal.flags import Flag
-from tracking.appearance import Appearance, Grey, lies_within, measure_appearance, stand_out
+from tracking.appearance import Appearance, lies_within, measure_appearance
 from tracking.boxes import StartBoxes
 from tracking.spots import strongest_answer
 from tracking.tracker import MarkerTracker, Sighting
-from tracking.video import Frame
 
 PLACES = 400
 """Places of the picture, drawn at random, that a box is compared with."""
@@ -29,10 +27,6 @@ FEWEST_ALIKE, FAINTER = 3, 0.7
 """Where so many markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
 CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
-TIMES_WIDER = (2.0, 2.7, 3.5)
-"""A box that is too small lies within a marker that fills a box so many times wider, …"""
-CLEARLY = 25.0
-"""… and stands out there by so many steps of brightness."""
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
 LEAST_CONTRAST_FAINT = 25.0
@@ -44,22 +38,6 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
     faint = tracker.faint.which if tracker.faint is not None else ~first.seen
     empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
     return empty | ~first.seen
-
-
-def inside_marker(frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
-    """Return (m,) bool, the boxes that lie within something wider that stands out, bright or dark or by its colour.
-
-    Args:
-        frame: the frame of the boxes.
-        boxes: the boxes.
-        markers: names of the m markers.
-    """
-    centre_px, side_px = boxes.centres_px(markers), boxes.sides_px(markers)
-    inside = np.zeros(len(side_px), bool)
-    for times in TIMES_WIDER:
-        grey = Grey.chosen(frame, centre_px, times * side_px).of(frame)
-        inside |= stand_out(grey, centre_px, times * side_px, CLEARLY)
-    return inside
 
 
 def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:

@@ -21,14 +21,14 @@ import cv2
 import numpy as np
 import xarray as xr
 
-from swimcal.errors import FaultCollector
+from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
-from tracking.doubtful_boxes import LEAST_CONTRAST, PAINT, inside_marker, without_marker
+from tracking.doubtful_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.edits import Retracker, SetBox
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
@@ -134,7 +134,7 @@ class _Pass:
             first = self._tracker.first
         else:
             tracker, first = self._begun(frame, boxes, method == "hybrid")
-            self._check_markers(without_marker(tracker, first), frame, boxes)
+            self._check_markers(without_marker(tracker, first), boxes.frame)
         self._add(boxes.frame, first)
         self._last = boxes.frame
         self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
@@ -148,27 +148,18 @@ class _Pass:
         )
         return self._tracker, first
 
-    def _check_markers(self, empty: np.ndarray, frame: Frame, boxes: StartBoxes) -> None:
-        if not empty.any():
-            return
-        file, where, markers = str(self._video.info.file), f"frame {frame.number}", np.array(self._markers)
-        inside = empty & inside_marker(frame, boxes, self._markers)
-        faults = FaultCollector(file)
-        click = "Look at the preview of the boxes, or click them: `calib track SESSION --click`."
-        if inside.any():
-            what, expected = (
-                "boxes smaller than their markers",
-                "boxes as wide as the dots, or up to half as wide again",
-            )
-            faults.add(where, what, found=", ".join(markers[inside]), expected=expected, next_step=click)
-        if (empty & ~inside).any():
+    def _check_markers(self, empty: np.ndarray, frame: int) -> None:
+        if empty.any():
+            names = ", ".join(np.array(self._markers)[empty].tolist())
             expected = (
                 f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
             )
-            step = f"{click} Dots that look like their body cannot be tracked: {PAINT}."
-            found = ", ".join(markers[empty & ~inside])
-            faults.add(where, "boxes without a marker", found=found, expected=expected, next_step=step)
-        faults.raise_if_any()
+            step = (
+                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
+                f"their body cannot be tracked: {PAINT}."
+            )
+            file, what = str(self._video.info.file), "boxes without a marker"
+            raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
         """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""

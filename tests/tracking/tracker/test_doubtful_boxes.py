@@ -1,18 +1,13 @@
 """Boxes on the water are doubted, boxes on markers are not."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
 
-from swimcal.errors import InputError
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.appearance import Appearance
 from tracking.boxes import Box, StartBoxes
 from tracking.doubtful_boxes import doubtful_boxes, odd_one_out
-from tracking.follow_video import follow_video
-from tracking.video import Video
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))
@@ -73,22 +68,3 @@ def test_the_look_of_one_marker_is_odd_if_it_is_fainter_and_of_the_other_kind() 
 def test_in_a_picture_full_of_boxes_nothing_is_reported() -> None:
     pool = POOL.but(size=(180, 60), path=tail(at=(10.0, 30.0)))
     assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()
-
-
-@pytest.mark.parametrize("contrast", [110.0, -80.0])
-def test_boxes_much_smaller_than_their_dots_are_called_that(tmp_path: Path, contrast: float) -> None:
-    pool = POOL.but(contrast=contrast)
-    small = StartBoxes(0, {name: Box.around(place, 5.0) for name, place in zip(NAMES, pool.truth(0), strict=True)})
-    with Video(pool.video(tmp_path / "film.mkv", 2)) as video, pytest.raises(InputError) as refused:
-        follow_video(video, small, NAMES)
-    assert "boxes smaller than their markers; found tail_0" in str(refused.value)
-    assert "paint" not in str(refused.value)
-
-
-def test_a_box_on_water_is_not_called_too_small(tmp_path: Path) -> None:
-    boxes = dict(POOL.boxes(NAMES).boxes)
-    boxes["tail_4"] = Box.around((150.0, 330.0), 18.0)
-    with Video(POOL.video(tmp_path / "film.mkv", 2)) as video, pytest.raises(InputError) as refused:
-        follow_video(video, StartBoxes(0, boxes), NAMES)
-    assert "boxes without a marker; found tail_4;" in str(refused.value)
-    assert "smaller" not in str(refused.value)
