@@ -80,8 +80,6 @@ class FrameIndex:
     is_reordered: bool  # frames may be decoded in another order than they are shown in
     total_packets: int  # packets read, shown or not
     broke_off: bool  # reading the packets ended with an error
-    cut: int = 0  # without stamps: packets that the container itself calls corrupt, as where a file was cut off, …
-    whole: int = 0  # … and frames before the key frame from which the first of them is decoded
 
     def starts(self, number: int) -> list[int | None]:
         """Yield stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
@@ -195,10 +193,7 @@ def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) ->
     else:
         time_s, source = np.arange(len(shown)) / float(stream.guessed_rate or 25), TimeSource.FRAME_RATE
     no_keys = np.empty(0, dtype=np.int64)
-    corrupt = [place for place, packet in enumerate(shown) if packet.is_corrupt]
-    keys = [place for place, packet in enumerate(shown) if packet.is_key and corrupt and place <= corrupt[0]]
-    cut, whole = len(corrupt), max(keys, default=0)
-    return FrameIndex(time_s, source, None, {}, no_keys, frozenset(), True, read.total, read.broke_off, cut, whole)
+    return FrameIndex(time_s, source, None, {}, no_keys, frozenset(), True, read.total, read.broke_off)
 
 
 class NumberedPicture(NamedTuple):

@@ -102,14 +102,10 @@ def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
     """Return (n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
 
     Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
-    lean on it as well (an open group of pictures). Frames without stamps are counted, so that any loss moves all
-    others, but for those before the only packets that the container calls corrupt.
+    lean on it as well (an open group of pictures).
     """
-    suspect, numbers = np.zeros(len(index.time_s), dtype=bool), list(lost)
-    if index.pts is None and len(numbers) <= index.cut:
-        suspect[index.whole :] = index.cut > 0
-        return suspect
-    for number in numbers:
+    suspect = np.zeros(len(index.time_s), dtype=bool)
+    for number in lost:
         first, after = index.group(number)
         if index.is_reordered and first == number > 0:
             first = index.group(number - 1)[0]

@@ -189,18 +189,3 @@ def test_a_file_without_a_readable_frame_is_refused(clip: Callable[[str], Path],
     path.write_bytes(data)
     with pytest.raises(InputError, match="no frame of this video can be decoded; found 40 packets of ffv1"):
         Video(path)
-
-
-@pytest.mark.parametrize("codec", ["libx264", "libx264-open-gop", "mpeg4"])
-@pytest.mark.parametrize("share", [0.4, 0.6, 0.7, 0.8, 0.9])
-def test_an_avi_cut_short_keeps_the_frames_before_the_group_of_the_cut(
-    codec: str, share: float, tmp_path: Path
-) -> None:
-    options = GOP | ({"x264-params": "open-gop=1"} if "open" in codec else {})
-    clip = Clip(".avi", codec.removesuffix("-open-gop"), frames=96, options=options)
-    (tmp_path / "cut").mkdir()
-    with Video(cut(clip.write(tmp_path), share, tmp_path / "cut")) as video:
-        read = {frame.number: number_if_intact(frame.luma) for frame in video.frames()}
-        kept = np.flatnonzero(~video.suspect).tolist()
-    assert len(kept) >= len(read) - 12
-    assert [read[number] for number in kept] == kept
