@@ -33,6 +33,7 @@ def diagnosed_session(finished_session: Path, tmp_path_factory: pytest.TempPathF
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
         patch.setattr(diagnosis, "MOST_LEFT", 2.0)
+        patch.setattr(diagnosis, "ADEQUATE", -1.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
         patch.setattr(diagnosis, "ALL_AT_ONCE", ("quick",))
         patch.setattr(diagnosis, "ridge_fit", lambda *reported: RidgeFit(0.5, 20.0, reported[3]))
