@@ -118,13 +118,14 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
     yield "fit", make_answer(fit_result(pipeline), fit.effort)
     if posterior is not None:
         yield "posterior", make_answer(posterior_result(pipeline, posterior), posterior.effort)
-    if gap is not None and not gap.withheld:
+    usual = gap is not None and not gap.withheld and gap.compared_with is None  # as without options
+    if gap is not None and usual:
         yield "diagnose", make_answer(gap_result(pipeline, gap), gap.effort)
     if page is not None:
         text = "\n".join(export_lines([f"{pipeline.session.name}: {pipeline.standing}"], [page])) + "\n"
         yield "report", Answer(fit.effort, text, text)
         others = {None if stage is None else stage.effort for stage in (posterior, gap)}
-        if None not in others and (fit.effort == "quick" or (others == {"full"} and gap and not gap.withheld)):
+        if None not in others and (fit.effort == "quick" or (others == {"full"} and usual)):
             yield "run", make_answer(fit_result(pipeline), fit.effort, page)
 
 
