@@ -11,13 +11,11 @@ effect changed: two that act together are `unexplained`, or the stronger one bes
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
 
 import numpy as np
 from scipy.special import logsumexp
 
-from diagnosis.constants import SIZES
-from diagnosis.evidence import Hypotheses
+from diagnosis.evidence import Hypotheses, covariances_of_rest
 from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
@@ -83,13 +81,10 @@ def evidence_of(linear: LinearModel, hypotheses: Hypotheses, fit: Refit, other: 
     left = seen.turn @ linear.space.projected(fit.residual)
     form = seen.turn @ linear.space.projected(linear.parts * response).T  # (q, g)
     size = float(np.linalg.norm(linear.space.projected(response)))
-    found = []
-    for share, unknown in product(priors.form_error, SIZES if other else [0.0]):
-        variance = 1 + ((share * size) ** 2 + unknown**2) / len(left) * seen.spread
-        scaled, white = share * form / np.sqrt(variance)[:, None], left / np.sqrt(variance)
-        inner, along = np.eye(form.shape[1]) + scaled.T @ scaled, scaled.T @ white
-        squares = float(white @ white - along @ np.linalg.solve(inner, along))
-        found.append(-0.5 * (squares + float(np.log(variance).sum() + np.linalg.slogdet(inner)[1])))
+    found = [
+        -0.5 * (float(rest.products(left[:, None])[0, 0]) + rest.volume)
+        for rest in covariances_of_rest(seen, form, size, priors, other)
+    ]
     sd = np.array([parameter.sd for effect in fit.effects for parameter in effect.parameters])
     width = sd * max(1.0, float(np.sqrt(np.mean((fit.values / sd) ** 2))))
     known = np.sqrt(np.diag(fit.covariance))[len(fit.at) :]

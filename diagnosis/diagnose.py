@@ -31,7 +31,7 @@ from diagnosis.constants import (
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
-from diagnosis.hypotheses import Probabilities, average_hypotheses, error_sizes
+from diagnosis.hypotheses import Assumed, Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
 from diagnosis.reference import Comparison
@@ -180,24 +180,8 @@ def diagnose(
 def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
     tell("the plain twin", 0.0)
     linear = data.linear
-    signatures = []
-    for number, effect in enumerate(effects.values()):
-        tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
-        signatures.append(signature_of(effect, linear.model, linear.camera, linear.at))
-    tell("missing forces", 0.6)
-    forces = responses(linear)
-    tell("weighing hypotheses", 0.66)
-    elsewhere = local_discrepancies(linear, forces)
-    found = average_hypotheses(error_sizes(linear, signatures), signatures, priors, elsewhere)
-    return WeighedEvidence(
-        found.linear,
-        tuple(signatures),
-        forces,
-        elsewhere,
-        found.hypotheses,
-        found.probabilities,
-        data.rings.left_out,
-    )
+    signatures = _signatures(linear, effects, tell)
+    return _weighed(data, error_sizes(linear, signatures), signatures, priors, tell)
 
 
 def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
@@ -213,28 +197,35 @@ def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Prio
     )
     tell("the plain twin in both sessions", 0.0)
     both = Comparison.of(data)
-    joint, signatures = both.joint, []
+    both = both.with_signatures(_signatures(both.joint, effects, tell))
+    found = _weighed(data, both.assumptions(), both.of_changed, priors, tell)
+    return found._replace(reference=both.compared_with(found.hypotheses))
+
+
+def _signatures(linear: LinearModel, effects: Mapping[str, Effect], tell: Progress) -> tuple[Signature, ...]:
+    found = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
-        signatures.append(signature_of(effect, joint.model, joint.camera, joint.at))
-    both = both.with_signatures(signatures)
-    tell("what the reference foretells", 0.6)
-    assumptions = both.assumptions()
+        found.append(signature_of(effect, linear.model, linear.camera, linear.at))
+    return tuple(found)
+
+
+def _weighed(
+    data: SessionData,
+    assumptions: Sequence[Assumed],
+    signatures: tuple[Signature, ...],
+    priors: Priors,
+    tell: Progress,
+) -> WeighedEvidence:
+    """Weigh all hypotheses; missing forces do not depend on what is assumed."""
+    tell("missing forces", 0.6)
     linear = assumptions[0].linear
     forces = responses(linear)
     tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
-    found = average_hypotheses(assumptions, both.of_changed, priors, elsewhere)
-    return WeighedEvidence(
-        found.linear,
-        both.of_changed,
-        forces,
-        elsewhere,
-        found.hypotheses,
-        found.probabilities,
-        data.rings.left_out,
-        both.compared_with(found.hypotheses),
-    )
+    found = average_hypotheses(assumptions, signatures, priors, elsewhere)
+    left_out = data.rings.left_out
+    return WeighedEvidence(found.linear, signatures, forces, elsewhere, found.hypotheses, found.probabilities, left_out)
 
 
 def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Settings, effects: int) -> Validated:

@@ -13,7 +13,7 @@ stay within the range of their linear response (Rasmussen and Williams 2006, cha
 act at one place, by columns of its own (`Hypotheses.at_places`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -332,6 +332,51 @@ def gaussian_evidence(
     return GaussianEvidence(_mean(logs), columns * sizes[best], variance[best])
 
 
+class CovarianceOfRest(NamedTuple):
+    """Covariance diag(variance) + form form' of what an effect leaves: noise, form error, and an unknown effect.
+
+    Attributes:
+        variance: (q,) of noise, of an unknown effect, and of the form error without structure.
+        form: (q, g) form error of each part of the response, by its standard deviation.
+    """
+
+    variance: np.ndarray
+    form: np.ndarray
+
+    def products(self, sides: np.ndarray) -> np.ndarray:
+        """Return the products (c, c) of columns (q, c) in the inverse of the covariance (Woodbury's identity)."""
+        weighed = sides / self.variance[:, None]
+        across = self.form.T @ weighed
+        return np.asarray(sides.T @ weighed - across.T @ np.linalg.solve(self._inner, across))
+
+    @property
+    def volume(self) -> float:
+        """Logarithm of the determinant."""
+        return float(np.log(self.variance).sum() + np.linalg.slogdet(self._inner)[1])
+
+    @property
+    def _inner(self) -> np.ndarray:
+        scaled = self.form / np.sqrt(self.variance)[:, None]
+        return np.asarray(np.eye(scaled.shape[1]) + scaled.T @ scaled)
+
+
+def covariances_of_rest(
+    residual: Residual, form: np.ndarray, size: float, priors: Priors, other: bool
+) -> Iterator[CovarianceOfRest]:
+    """Yield the covariance of what an effect leaves, for every form error and every size of an unknown effect.
+
+    Args:
+        residual: the residual.
+        form: (q, g) what the effect does to each part of the row.
+        size: whitened norm of what it does.
+        priors: which shares of it its form may miss.
+        other: whether there is an unknown effect besides.
+    """
+    for share, unknown in product(priors.form_error, SIZES if other else [0.0]):
+        variance = 1 + ((share * size) ** 2 + unknown**2) / len(residual.value) * residual.spread
+        yield CovarianceOfRest(variance, share * form)
+
+
 def _evidence_by_part(
     residual: Residual, responses: Sequence[LinearResponse], other: bool, priors: Priors
 ) -> GaussianEvidence:
@@ -359,23 +404,18 @@ def _evidence_by_part(
     bounded = log_mass(least, most)
     logs, best = [], (-np.inf, np.zeros((0, 0)), np.zeros(0))
     sides = np.column_stack([columns, residual.value])
-    for share, unknown in product(priors.form_error, SIZES if other else [0.0]):
-        variance = 1 + ((share * size) ** 2 + unknown**2) / len(residual.value) * residual.spread
-        weighed, scaled = sides / variance[:, None], share * form / np.sqrt(variance)[:, None]
-        inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
-        across = (share * form).T @ weighed
-        gram = sides.T @ weighed - across.T @ np.linalg.solve(inner, across)  # (p + 1, p + 1)
-        volume = float(np.log(variance).sum() + np.linalg.slogdet(inner)[1])
+    for rest in covariances_of_rest(residual, form, float(size), priors, other):
+        gram = rest.products(sides)  # (p + 1, p + 1)
         precision = np.eye(len(strength)) + scales[:, :, None] * gram[:-1, :-1] * scales[:, None]
         along, covariance = scales * gram[:-1, -1], np.linalg.inv(precision)
         mean = (covariance @ along[:, :, None])[:, :, 0]
-        squares = gram[-1, -1] + volume - (along * mean).sum(axis=1)
+        squares = gram[-1, -1] + rest.volume - (along * mean).sum(axis=1)
         sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
         inside = (log_mass((low - mean) / sd, (high - mean) / sd) - bounded).sum(axis=1)
         found = -0.5 * (squares + np.linalg.slogdet(precision)[1]) + inside
         logs.append(found)
         if (most_likely := int(np.argmax(found))) >= 0 and found[most_likely] > best[0]:
-            best = float(found[most_likely]), np.hstack([columns * scales[most_likely], share * form]), variance
+            best = float(found[most_likely]), np.hstack([columns * scales[most_likely], rest.form]), rest.variance
     return GaussianEvidence(_mean(np.concatenate(logs)), best[1], best[2])
 
 

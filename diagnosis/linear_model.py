@@ -32,7 +32,7 @@ from swimcal.twin import Twin
 
 
 class Given(NamedTuple):
-    """What other recordings of the same robot tell about a row of k numbers, before it is measured.
+    """Knowledge about a row of k numbers from other recordings of the same robot, before it is measured.
 
     Attributes:
         foretold: (k,) residual of the twin that they lead to expect.

@@ -125,7 +125,7 @@ class Comparison:
 
     @cached_property
     def of_changed(self) -> tuple[Signature, ...]:
-        """What each effect does in the fitted trials of the changed session."""
+        """Signatures of the effects in the fitted trials of the changed session."""
         places = self._places(self._numbers("changed"), "changed")
         features = places[places < len(self.joint.model.measured)]
         beside = places[len(features) :] - len(self.joint.model.measured)
@@ -180,7 +180,7 @@ class Comparison:
             foretold,
             (covariance + covariance.T) / 2,
             _HELD_SD,
-            lambda trials: self.model_of("held_out", sizes, trials),
+            lambda others: self.model_of("held_out", sizes, others),
         )
         joint, features = self.joint, own[own < len(self.joint.model.measured)]
         rings = tuple(ring for ring, whose in zip(joint.model.rings, self.rings, strict=True) if whose == group)
@@ -320,8 +320,7 @@ def _visible(effect: Effect, response: EffectResponse) -> Visible | None:
     for each in response.linear:
         if len(each.parameters) == 1 and (seen := float(np.linalg.norm(each.columns))) > 0:
             needed = CLEAR_CHANGE / seen
-            inside = bool(min(-each.low[0], needed) == needed or min(each.high[0], needed) == needed)
-            found.append((needed, each.parameters[0], inside))
+            found.append((needed, each.parameters[0], bool(needed <= max(-each.low[0], each.high[0]))))
     if not found:
         return None
     needed, number, inside = min(found)

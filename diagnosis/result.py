@@ -394,7 +394,7 @@ class ComparedWith:
 
 @dataclass(frozen=True)
 class Adequacy:
-    """Whether the best set of effects leaves no more than noise.
+    """Test of whether the best set of effects leaves no more than noise.
 
     Attributes:
         p_value: probability that noise, with an error of the effects' form, leaves as much.
