@@ -14,7 +14,8 @@ import numpy as np
 from scipy.special import logsumexp
 
 from diagnosis.constants import AT_PLACES, GROWN, MIXED, MOST_EFFECTS, NEEDED, PAIRED, SCALES
-from diagnosis.evidence import Hypotheses, Priors, Residual, effect_responses, gaussian_evidence
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import LocalDiscrepancy
 from fitting.signatures import Signature

@@ -36,7 +36,8 @@ from diagnosis.constants import (
     USUAL_BETWEEN_LAUNCHES,
 )
 from diagnosis.discrepancy import generic_covariance
-from diagnosis.evidence import EffectResponse, Hypotheses
+from diagnosis.effect_response import EffectResponse
+from diagnosis.evidence import Hypotheses
 from diagnosis.hypotheses import Assumed
 from diagnosis.linear_model import Given, LinearModel, SessionData
 from diagnosis.result import ComparedWith, Visible

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.evidence import Hypotheses, Priors, Residual, effect_responses
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import Hypotheses, Priors, Residual
 from diagnosis.hypotheses import HypothesisWeights, Probabilities, posterior
 from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made

@@ -10,7 +10,8 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from diagnosis.constants import SIZES
-from diagnosis.evidence import Priors, Residual, effect_responses, gaussian_evidence, log_mass
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import Priors, Residual, gaussian_evidence, log_mass
 from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
