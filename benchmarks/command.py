@@ -12,6 +12,7 @@ import typer
 from calib.terminal import AsJson, Scheduler
 
 if TYPE_CHECKING:
+    from benchmarks.cases import Failure
     from benchmarks.scores import Scores
 
 
@@ -123,10 +124,7 @@ def effects(
         else:
             do = {"diagnose": diagnose_suite, "withhold": diagnose_without}[part]
             failures = do(of, program_of(program), run)
-    found = {"failed": [failure._asdict() for failure in failures]}
-    print(json.dumps(found, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
-    for failure in [] if as_json else failures:
-        print(f"{failure.name}: {failure.message}")
+    _print_failures(failures, as_json)
 
 
 def pairs(
@@ -150,16 +148,55 @@ def pairs(
     from calib.progress_bar import progress_bar
 
     if part == "make":
-        made = make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed))
-        print(json.dumps({"made": len(made)}) if as_json else f"{len(made)} made")
+        made = len(make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed)))
+        print(json.dumps({"made": made}) if as_json else f"{made} made")
     elif part == "diagnose":
         with progress_bar(as_json) as progress:
-            failures = diagnose_pairs(folder, Run(workers, None, progress))
-        print(json.dumps({"failed": [f._asdict() for f in failures]}) if as_json else f"{len(failures)} failed")
-        for failure in [] if as_json else failures:
-            print(f"{failure.name}: {failure.message}")
+            _print_failures(diagnose_pairs(folder, Run(workers, None, progress)), as_json)
     else:
         _print(scores_of(score_pairs(folder), f"python -m benchmarks pairs {folder} --part score"), as_json)
+
+
+def real_pairs(
+    folder: Annotated[Path, typer.Argument(help="of the pairs")],
+    source: Annotated[Path, typer.Option(help="folder of the public track files")],
+    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    healthy: Annotated[int, typer.Option(min=0, help="pairs without a change")] = 4,
+    changed: Annotated[int, typer.Option(min=0, help="pairs with one fault in the second session")] = 12,
+    as_json: AsJson = False,
+) -> None:
+    """Make pairs out of public trials of the real robot, for the other parts of `pairs`."""
+    from benchmarks.effects.real_pairs import make_real, plan_real
+
+    made = make_real(folder, source, plan_real(seed, healthy, changed))
+    print(json.dumps({"made": made}) if as_json else f"{made} made")
+
+
+def plain(
+    folder: Annotated[Path, typer.Argument(help="of the sessions")],
+    part: Annotated[
+        Literal["make", "diagnose", "score"],
+        typer.Option(help="make the sessions; diagnose them; score the diagnoses"),
+    ] = "make",
+    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    unchanged: Annotated[int, typer.Option(min=0, help="sessions without a change")] = 2,
+    changed: Annotated[int, typer.Option(min=0, help="sessions with one change")] = 28,
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make sessions of the exported twin in plain MuJoCo with one change each, have them diagnosed, and score that."""
+    from benchmarks.cases import Run
+    from benchmarks.effects.plain import diagnose_plain, make_plain, plan_plain, score_plain, scores_of_plain
+    from calib.progress_bar import progress_bar
+
+    if part == "make":
+        made = make_plain(folder, plan_plain(seed, unchanged, changed))
+        print(json.dumps({"made": made}) if as_json else f"{made} made")
+    elif part == "diagnose":
+        with progress_bar(as_json) as progress:
+            _print_failures(diagnose_plain(folder, Run(workers, None, progress)), as_json)
+    else:
+        _print(scores_of_plain(score_plain(folder), f"python -m benchmarks plain {folder} --part score"), as_json)
 
 
 def foreign(
@@ -197,6 +234,13 @@ def gym(
     print(json.dumps(found, indent=1) if as_json else "\n".join(f"{kind}: {rate:,.1f}" for kind, rate in found.items()))
 
 
+def _print_failures(failures: "tuple[Failure, ...]", as_json: bool) -> None:
+    found = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(found, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    for failure in [] if as_json else failures:
+        print(f"{failure.name}: {failure.message}")
+
+
 def _score_effects(folder: Path, as_json: bool) -> None:
     """Score a suite, or its cases in a file."""
     from benchmarks.cases import write_lines
@@ -225,6 +269,8 @@ COMMANDS: dict[Callable[..., None], str] = {
     posterior: "posterior --folder scores --first 2000 --count 30",
     effects: "effects suite --part make --suite small --seed 1",
     pairs: "pairs pairs --part make --generator wake --seed 1",
+    real_pairs: "real-pairs pairs --source fishsim/Data/Markers",
+    plain: "plain plain --part make --seed 1",
     foreign: "foreign --folder foreign --count 300",
     gym: "gym --session pool",
 }

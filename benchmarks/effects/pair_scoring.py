@@ -101,7 +101,8 @@ def score_pairs(folder: Path) -> tuple[PairCase, ...]:
         if not found.exists():
             continue
         answer = from_plain(PairAnswer, json.loads(path.read_bytes()))
-        if answer.effect is not None and path.stem not in known:
+        simulated = path.with_suffix(".npz").exists()  # Of a real swim nobody has the one without noise.
+        if answer.effect is not None and simulated and path.stem not in known:
             known[path.stem] = round(detectability(folder / path.stem, path.with_suffix(".npz"), answer.effect), 2)
             write_whole(file, json.dumps(known, indent=1) + "\n")
         told = json.loads(found.read_bytes())

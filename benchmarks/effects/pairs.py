@@ -34,7 +34,7 @@ _TRIES = 12  # At most this many robots are drawn for a pair.
 _WEAKEST, _STRONGEST = 1.0, 4.0  # strengths of mechanisms, log-uniform between these
 _HALVINGS = 4  # A strength that cannot be simulated is halved at most this often.
 
-GeneratorName = Literal["reality", "wake"]
+GeneratorName = Literal["reality", "wake", "real"]
 
 
 class PairPlan(NamedTuple):
