@@ -242,10 +242,10 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
         verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
+    if adequacy(weighed, best if verdict.first else None).p_value < ADEQUATE:
+        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
     if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)
-    if adequacy(weighed, best).p_value < ADEQUATE:
-        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
     said = Validated(verdict, probabilities, best)
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
 

@@ -38,7 +38,7 @@ _NECK_TO_NOSE_M = 0.142
 _SETTLING_S = 5.0  # A swim is filmed from this long after its start.
 _BEATS, _LEAST_S = 5.0, 6.0  # beats after the warm-up, and the least length of a film
 _NOISE_PX = 0.4
-_ASIDE_M_S, _TURN_RAD_S = 0.003, 0.01  # launches differ by a drift aside and a turn
+_ASIDE_M_S, _TURN_RAD_S = 0.003, 0.01  # launches differ by a slip aside and a turn
 _SURE = 0.9
 _COEFFICIENT_SD = 0.2  # of the logarithm of each coefficient, about values of a calibrated twin
 _CALIBRATED = FluidCoefficients(0.45, 2.5, 6.0, 4.2, 0.8)
@@ -305,8 +305,8 @@ def _film(
     seconds = max(_LEAST_S, WARMUP_S + _BEATS / hz)
     dense_s, points = _simulate(change, coefficients, hz, _SETTLING_S + seconds + 0.1)
     aside_m_s, turn_rad_s = random.standard_normal(2) * (_ASIDE_M_S, _TURN_RAD_S)
+    points[..., 1] += aside_m_s * dense_s[:, None]  # along y, which the fish swims across
     points = _turned(points, random.uniform(0, 2 * np.pi) + turn_rad_s * (dense_s - _SETTLING_S))
-    points[..., 1] += aside_m_s * dense_s[:, None]
     filmed = dense_s > _SETTLING_S
     flat = points[..., :2] - points[filmed][:, :, :2].mean(axis=(0, 1))
     flat /= 1 - points[..., 2:] / change.height_m
