@@ -63,6 +63,13 @@ SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 
 As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
+LAUNCHES = {0.0: 0.4, 0.3: 0.2, 1.0: 0.25, 4.0: 0.15}
+"""Prior probabilities of how much course and slides differ between launches, against `COURSE_OF_LAUNCH`.
+
+None in the second simulator; simulated wakes differ by 6 to 50 mrad/s, launches of the real robot by 40 to 70.
+"""
+UNLIKELY = 1e-4
+"""Weight, against the likeliest, below which a size of that is not tried with all sets of effects. Convention."""
 WITHIN = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "crank_arm": 0.005, "mass": 0.02}
 """Relative standard deviation of each number of a robot about its description, as dry experiments determine it."""
 WIDER = 5.0

@@ -181,7 +181,7 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = _signatures(linear, effects, tell)
-    return _weighed(data, error_sizes(linear, signatures), signatures, priors, tell)
+    return _weighed(data, error_sizes(linear, signatures, priors), signatures, priors, tell)
 
 
 def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
@@ -363,7 +363,7 @@ def weigh_effects(
     linear = data.linear
     tell("what the tested effects would do", 0.4)
     signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
-    weighed = average_hypotheses(error_sizes(linear, signatures), signatures, settings.priors)
+    weighed = average_hypotheses(error_sizes(linear, signatures, settings.priors), signatures, settings.priors)
     linear, hypotheses = weighed.linear, weighed.hypotheses
     _refuse_idle(signatures, hypotheses)
     rounds = _ROUNDS_OF_TEST[settings.effort]

@@ -13,12 +13,25 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from diagnosis.constants import AT_PLACES, GROWN, MIXED, MOST_EFFECTS, NEEDED, PAIRED, SCALES
+from diagnosis.constants import (
+    AT_PLACES,
+    GROWN,
+    LAUNCHES,
+    MIXED,
+    MOST_EFFECTS,
+    NEEDED,
+    PAIRED,
+    SCALES,
+    UNLIKELY,
+)
 from diagnosis.effect_response import effect_responses
 from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import LocalDiscrepancy
 from fitting.signatures import Signature
+
+
+USUAL = Priors()
 
 
 class Hypothesis(NamedTuple):
@@ -144,13 +157,18 @@ class HypothesisWeights(NamedTuple):
     places: np.ndarray
 
     @classmethod
-    def of(cls, hypotheses: Hypotheses) -> "HypothesisWeights":
-        """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
+    def of(cls, hypotheses: Hypotheses, most: int = MOST_EFFECTS) -> "HypothesisWeights":
+        """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still.
+
+        Args:
+            hypotheses: what is weighed.
+            most: largest number of effects in a set.
+        """
         logs: dict[Hypothesis, float] = {}
         shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
         for present in [(), *((i,) for i in shows)]:
             _weigh(hypotheses, logs, present)
-        most = min(MOST_EFFECTS, len(hypotheses.priors.number) - 1)
+        most = min(most, len(hypotheses.priors.number) - 1)
         for pair in _pairs(logs, shows) if most > 1 else ():
             _weigh(hypotheses, logs, pair)
         for size in range(3, most + 1):
@@ -244,10 +262,24 @@ class Assumed(NamedTuple):
     linear: LinearModel
 
 
-def error_sizes(linear: LinearModel, signatures: Sequence[Signature]) -> tuple[Assumed, ...]:
-    """Return the model for every size that the twin's own discrepancy may have."""
+def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Priors = USUAL) -> tuple[Assumed, ...]:
+    """Return the model for every size of the twin's own discrepancy, and for each likely size of launch scatter.
+
+    A scatter is likely where no effect or a single one leaves it so, beside a discrepancy of the usual size.
+    """
     common = linear.discrepancy.common_columns(signatures)
-    return tuple(Assumed(float(np.log(chance)), linear.with_error(size, common)) for size, chance in SCALES.items())
+    launches = {}
+    for launch, chance in LAUNCHES.items():
+        here = linear.with_error(1.0, common, launch)
+        singles = HypothesisWeights.of(_hypotheses(here, signatures, priors, ()), most=1)
+        launches[launch] = np.log(chance) + here.space.log_volume + logsumexp(list(singles.logs.values()))
+    least = max(launches.values()) + np.log(UNLIKELY)
+    return tuple(
+        Assumed(float(np.log(chance * LAUNCHES[launch])), linear.with_error(size, common, launch))
+        for launch, weight in launches.items()
+        if weight > least
+        for size, chance in SCALES.items()
+    )
 
 
 def average_hypotheses(

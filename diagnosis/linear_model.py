@@ -12,12 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.constants import TAKEN, perturbed_robots, placement_uncertainty
+from diagnosis.constants import (
+    COURSE_OF_LAUNCH,
+    SLIDE_OF_LAUNCH_PER_S,
+    TAKEN,
+    perturbed_robots,
+    placement_uncertainty,
+)
 from diagnosis.discrepancy import Discrepancy, GaussianProcessDiscrepancy, generic_covariance
 from fitting.affected_trials import with_picture
 from fitting.covariance import apart
 from fitting.decay_fit import fit_decay
-from fitting.features import SPEED, marker_part
+from fitting.features import COURSE, SPEED, marker_part, places_of_slides
 from fitting.free_decay import DecayTrial
 from fitting.hinges import fault_of_decay
 from fitting.ring import Ring
@@ -66,6 +72,7 @@ class LinearModel:
         disturbances: what noise and nuisances do, at the coefficients.
         error: size of the discrepancy of each trial's features in this session, against most sessions.
         common: (k, c) discrepancy that all trials share, of unit strength; None where that is not known.
+        launch: size of what course and slides of markers differ by from launch to launch, against the usual.
         given: what a reference session tells of these trials; None without one.
     """
 
@@ -77,6 +84,7 @@ class LinearModel:
     disturbances: NuisanceModel
     error: float = 1.0
     common: np.ndarray | None = None
+    launch: float = 0.0
     given: Given | None = None
 
     @classmethod
@@ -154,18 +162,19 @@ class LinearModel:
         model = _model_session(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
-    def with_error(self, error: float, common: np.ndarray) -> "LinearModel":
-        """Return the model with another size and common part of the discrepancy.
+    def with_error(self, error: float, common: np.ndarray, launch: float = 0.0) -> "LinearModel":
+        """Return the model with another size and common part of the discrepancy, and another scatter of launches.
 
         The common part of free decays is zero: it is due to water that resembles some effects, which no hinge does.
 
         Args:
             error: size of the discrepancy, against most sessions.
             common: (k, c) part that all trials share, of unit strength.
+            launch: size of the scatter, against the usual.
         """
         of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0
-        found = replace(self, error=error, common=of_swims)
+        found = replace(self, error=error, common=of_swims, launch=launch)
         known = {"residual": self.residual, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
         found.__dict__.update(known)  # unchanged, and expensive to compute
         return found
@@ -282,6 +291,8 @@ class LinearModel:
         if self.given is not None:
             return self.given.covariance
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
+        if self.launch:
+            features = features + np.diag((self.launch * scatter_of_launch(self.model)) ** 2)
         own = row_covariance(self.model, features, self.disturbances.robot)
         return own if self.common is None else own + self.common @ self.common.T
 
@@ -302,6 +313,21 @@ def _placement_uncertainty(
     """Fit the error of boxes to the differences between trials; effects explain what trials have in common."""
     found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances, model.observed)
     return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
+
+
+def scatter_of_launch(model: SessionModel) -> np.ndarray:
+    """Return the usual standard deviations of all features between launches: of the course, and of markers' slides.
+
+    With the head clamped they are 0.
+    """
+    first = model.trials[0]
+    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+    own = np.zeros(len(model.measured) // len(model.trials))
+    slides = places_of_slides(len(own))
+    own[slides] = SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: slides.stop - slides.start])
+    own[-len(COURSE) :] = COURSE_OF_LAUNCH
+    free = [not each.twin.scene.head_clamped for each in model.trials]
+    return np.kron(free, own)
 
 
 def _clamp(twin: Twin) -> Twin:

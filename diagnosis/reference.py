@@ -26,12 +26,10 @@ from scipy.linalg import cho_factor, cho_solve
 from diagnosis.constants import (
     BETWEEN_LAUNCHES,
     CLEAR_CHANGE,
-    COURSE_OF_LAUNCH,
     ERROR_SIZES,
     LAUNCH_SIZES,
     MORE_IN_CHANGED,
     SHARED_SD,
-    SLIDE_OF_LAUNCH_PER_S,
     SMOOTH_SIZES_M,
     USUAL_BETWEEN_LAUNCHES,
 )
@@ -39,12 +37,12 @@ from diagnosis.discrepancy import generic_covariance
 from diagnosis.effect_response import EffectResponse
 from diagnosis.evidence import Hypotheses
 from diagnosis.hypotheses import Assumed
-from diagnosis.linear_model import Given, LinearModel, SessionData
+from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_launch
 from diagnosis.result import ComparedWith, Visible
 from fitting.affected_trials import with_picture
 from fitting.covariance import LN_LENGTH
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
-from fitting.features import COURSE, advance_phase, places_of_slides
+from fitting.features import advance_phase
 from fitting.session_model import NuisanceModel, SessionModel
 from fitting.signatures import PRIOR_SD, Signature, little
 from fitting.trial import MeasuredTrial
@@ -280,19 +278,12 @@ class Comparison:
         )
         trial_of = self.joint.trial_of
         together = np.equal.outer(trial_of, trial_of) & (trial_of >= 0)
-        return (columns @ columns.T) * together + np.diag(self._course_of_launch**2)
+        return (columns @ columns.T) * together + np.diag(self._scatter**2)
 
     @cached_property
-    def _course_of_launch(self) -> np.ndarray:
+    def _scatter(self) -> np.ndarray:
         """Standard deviations (k,) of course and slides between launches."""
-        model = self.joint.model
-        first = model.trials[0]
-        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-        own = np.zeros(len(model.measured) // len(model.trials))
-        slides = places_of_slides(len(own))
-        own[slides] = SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: slides.stop - slides.start])
-        own[-len(COURSE) :] = COURSE_OF_LAUNCH
-        return np.concatenate([np.tile(own, len(model.trials)), np.zeros(model.beside)])
+        return np.concatenate([scatter_of_launch(self.joint.model), np.zeros(self.joint.model.beside)])
 
     @cached_property
     def _smooth(self) -> np.ndarray:

@@ -25,10 +25,13 @@ class PixelTracks:
     px_per_m: float
     size_px: np.ndarray
 
-    @property
-    def across(self) -> np.ndarray:
-        """Unit vectors (n, 2) across the head in the picture."""
-        along = self.position_px[:, self.markers.index("neck")] - self.position_px[:, self.markers.index("nose")]
+    def across(self, marker: str) -> np.ndarray:
+        """Return unit vectors (n, 2) in the picture across the body at a marker, which lies between its neighbours."""
+        at = self.markers.index(marker)
+        before, behind = max(at - 1, 0), min(at + 1, len(self.markers) - 1)
+        if marker == "neck":  # It rides on the head, and what follows it may not.
+            behind = at
+        along = self.position_px[:, behind] - self.position_px[:, before]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
@@ -44,7 +47,7 @@ Fault = Callable[[PixelTracks], PixelTracks]
 
 def offset(marker: str, across_m: float) -> Fault:
     """Put a marker aside by a length."""
-    return lambda tracks: tracks.moved(marker, across_m * tracks.px_per_m * tracks.across)
+    return lambda tracks: tracks.moved(marker, across_m * tracks.px_per_m * tracks.across(marker))
 
 
 def drift(marker: str, speed_m_s: float) -> Fault:
@@ -52,7 +55,7 @@ def drift(marker: str, speed_m_s: float) -> Fault:
 
     def fault(tracks: PixelTracks) -> PixelTracks:
         way_m = speed_m_s * (tracks.time_s - tracks.time_s[0])
-        return tracks.moved(marker, way_m[:, None] * tracks.px_per_m * tracks.across)
+        return tracks.moved(marker, way_m[:, None] * tracks.px_per_m * tracks.across(marker))
 
     return fault
 

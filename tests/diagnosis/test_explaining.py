@@ -23,6 +23,8 @@ from tests.diagnosis.rows import DIRECTIONS, K, catalogue
 ERROR = 2.0  # of the twin in a session like most, beside noise of one
 
 
+LAUNCH = 20.0  # what a usual launch adds to each number of the course
+COURSE = np.arange(K - 6, K)
 NO_NUMBERS = SimpleNamespace(frequencies=0, of_rings=0, beside=0, measured=())
 
 
@@ -34,6 +36,7 @@ class Row:
     discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy.independent(np.eye(1)))
     error: float = 1.0
     common: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
+    launch: float = 0.0
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
     model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
@@ -41,12 +44,13 @@ class Row:
     def observed(self) -> np.ndarray:
         return np.ones(K, bool)
 
-    def with_error(self, error: float, common: np.ndarray) -> Row:
-        return replace(self, error=error, common=common)
+    def with_error(self, error: float, common: np.ndarray, launch: float = 0.0) -> Row:
+        return replace(self, error=error, common=common, launch=launch)
 
     @cached_property
     def space(self) -> Whitened:
         covariance = (1 + (self.error * ERROR) ** 2) * np.eye(K) + self.common @ self.common.T
+        covariance[COURSE, COURSE] += (LAUNCH * self.launch) ** 2
         return Whitened.of(covariance, np.eye(K)[:, :5], np.full(5, 10.0))
 
 
@@ -63,6 +67,19 @@ def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: flo
     assert gap or verdict_of(found.probabilities).name == "no_gap"
     if gap >= 15 * error:
         assert found.probabilities.marginal[4] > 0.6
+
+
+@pytest.mark.parametrize("launch", [0.0, 1.0, 4.0])
+def test_launches_that_differ_are_no_gap(launch: float) -> None:
+    """What launches differ by is no cause, however much it is, and a cause beside it is found all the same."""
+    differs = np.zeros(K)
+    differs[COURSE] = launch * LAUNCH * np.random.default_rng(4).standard_normal(len(COURSE))
+    found = average_hypotheses(error_sizes(linear(1, 1.0, differs), catalogue()), catalogue(), Priors())
+    assert verdict_of(found.probabilities).name == "no_gap"
+    assert found.linear.launch == launch
+    beside = linear(1, 1.0, differs + 60.0 * DIRECTIONS[4])
+    found = average_hypotheses(error_sizes(beside, catalogue()), catalogue(), Priors())
+    assert found.probabilities.marginal[4] > 0.6
 
 
 def test_what_few_sessions_show_far_more_of_makes_a_name_less_sure() -> None:
