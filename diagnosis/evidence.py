@@ -49,7 +49,7 @@ class Priors:
         by_part: whether a form error also changes the size of each part of a response by itself.
     """
 
-    form_error: tuple[float, ...] = (0.2, 0.5)
+    form_error: tuple[float, ...] = (0.05, 0.2, 0.5)
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.003, 0.0015, 0.0005)
     other: float = 0.1
     placed: float = 0.4

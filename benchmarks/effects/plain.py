@@ -32,12 +32,12 @@ from swimsynth.plan import trial_name
 _SWIMS, _HELD_OUT = 6, (2, 4)  # swims of a session, by frequency, and those that are held out
 _SLOWEST_HZ, _FASTEST_HZ = 0.5, 1.4
 _FPS = 60.0
-_PICTURE_PX = np.array([3840.0, 2160.0])
-_PX_PER_M = 950.0
+_PICTURE_PX = np.array([1920.0, 1080.0])
+_PX_PER_M = 620.0
 _NECK_TO_NOSE_M = 0.142
 _SETTLING_S = 5.0  # A swim is filmed from this long after its start.
 _BEATS, _LEAST_S = 5.0, 6.0  # beats after the warm-up, and the least length of a film
-_NOISE_PX = 0.4
+_NOISE_PX = 0.3
 _ASIDE_M_S, _TURN_RAD_S = 0.003, 0.01  # launches differ by a slip aside and a turn
 _SURE = 0.9
 _COEFFICIENT_SD = 0.2  # of the logarithm of each coefficient, about values of a calibrated twin
@@ -111,8 +111,7 @@ def _unequal_tendons(length_m: float) -> Change:
 
 def _slack(length_m: float) -> Change:
     def change(model: mujoco.MjModel) -> None:
-        model.tendon_lengthspring[:, 0] = 0.0
-        model.tendon_lengthspring[:, 1] += length_m
+        model.tendon_lengthspring += length_m * np.array([-1.0, 1.0])
 
     return Change(right=("tendon_slack",), stage="tail", compiled=change)
 
