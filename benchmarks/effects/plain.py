@@ -280,17 +280,18 @@ def _make(folder: Path, plan: PlainPlan) -> PlainAnswer:
     coefficients = FluidCoefficients(*(float(c * f) for c, f in zip(_CALIBRATED, factors, strict=True)))
     speeds = apart(_SWIMS, _SLOWEST_HZ, _FASTEST_HZ, random)
     with new_folder(folder / plan.name) as part:
-        tables = []
+        tables, fps = [], _FPS
         for number, hz in enumerate(sorted(map(float, speeds))):
             name = trial_name("f", hz)
             time_s, px = _film(change, coefficients, hz, random)
+            fps = round(1 / float(time_s[1] - time_s[0]), 3)
             tracks = as_tracks(FISHSIM_MARKERS, time_s, px, np.ones(px.shape[:2]))
             save_tracks(part / f"trials/{name}.csv", tracks)
             role = "holdout" if number in _HELD_OUT else "fit"
             tables.append(
                 {"name": name, "kind": "swim", "tracks": f"trials/{name}.csv", "commanded_hz": hz, "role": role}
             )
-        camera = {"fps": _FPS, "scale_length_m": round(_NECK_TO_NOSE_M * change.scale, 6)}
+        camera = {"fps": fps, "scale_length_m": round(_NECK_TO_NOSE_M * change.scale, 6)}
         write_session_toml(
             part, name=plan.name, camera=camera, markers=FISHSIM_MARKERS, trials=tables, fit={"warmup_s": WARMUP_S}
         )

@@ -64,7 +64,7 @@ def make_real(folder: Path, source: Path, plans: tuple[PairPlan, ...]) -> int:
 
 def _write(folder: Path, source: Path, trials: tuple[str, ...], fault: Fault | None) -> None:
     with new_folder(folder) as part:
-        tables = []
+        tables, fps = [], FISHSIM_FPS
         for name in trials:
             position_px = pixels_of(load_tracks(source / f"{name}.csv", FISHSIM_MARKERS, FISHSIM_FPS))
             head_px = np.linalg.norm(position_px[:, 0] - position_px[:, 1], axis=1)
@@ -76,11 +76,12 @@ def _write(folder: Path, source: Path, trials: tuple[str, ...], fault: Fault | N
                 _SIZE_PX,
             )
             seen = seen if fault is None else fault(seen)
+            fps = round(1 / float(seen.time_s[1] - seen.time_s[0]), 3)
             present = np.isfinite(seen.position_px).all(axis=-1).astype(float)
             save_tracks(part / f"trials/{name}.csv", as_tracks(FISHSIM_MARKERS, seen.time_s, seen.position_px, present))
             hz = float(name[1:].replace("_", "."))
             tables.append(
                 {"name": name, "kind": "swim", "tracks": f"trials/{name}.csv", "commanded_hz": hz, "role": "fit"}
             )
-        camera = {"fps": FISHSIM_FPS, "scale_length_m": FISHSIM_SCALE_M}
+        camera = {"fps": fps, "scale_length_m": FISHSIM_SCALE_M}
         write_session_toml(part, name=folder.name, camera=camera, markers=FISHSIM_MARKERS, trials=tables)
