@@ -8,7 +8,7 @@ import numpy as np
 from reports import steering
 from reports.context import read_swims, swims_files
 from reports.report import render_report
-from swimgym.environments import make_course
+from swimgym.course import make_course
 from swimgym.policy import SHIPPED, load_policy, swim
 from tests.reports.page import Page
 from tests.reports.sample import made_context
