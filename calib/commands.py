@@ -74,8 +74,7 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Track the markers in a session's videos, with the state and confidence of each sample, and flags."""
-    from calib.results.tracks import TrackResult
-    from calib.tracked_videos import PartlyTracked, print_others, print_tracks
+    from calib.results.tracks import PartlyTracked, TrackResult, print_others, print_tracks
 
     try:
         found = calib.track(

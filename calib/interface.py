@@ -53,8 +53,7 @@ if TYPE_CHECKING:
     from calib.results.gap import EffectTest, GapResult, PosteriorResult
     from calib.results.result import Export
     from calib.results.tracks import TrackResult
-    from calib.results.twin import SwimTwin
-    from calib.robot_sheet import draw_robot
+    from calib.results.twin import SwimTwin, draw_robot
     from swimcal.effects.effect import Effect, Parameter
     from tracking.follow_video import TrackerName
 
@@ -335,7 +334,7 @@ def track(
     """
     from calib.results.made import track_result
     from calib.results.result import Export
-    from calib.tracked_videos import click_pages, track_videos
+    from calib.results.tracks import click_pages, track_videos
 
     options = Options(workers=workers, tracker=method)
     with _working(session, options, progress, needs_commands=False) as pipeline:
@@ -359,7 +358,7 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
         >>> calib.correct("filmed", "f1_25", swapped)
         'filmed/trials/f1_25.edits.jsonl: added line 1; 1 edit counts. `calib track` replays them'
     """
-    from calib.tracked_videos import correct_track
+    from calib.results.tracks import correct_track
 
     return correct_track(_folder(session), trial, correction)
 
@@ -419,7 +418,7 @@ def convert_tracks(
         >>> calib.convert_tracks("pool/trials/slow.csv.gz", "slow.nc", "movement").name
         'slow.nc'
     """
-    from calib.tracked_videos import check_form
+    from calib.results.tracks import check_form
     from swimcal.create_session import FISHSIM_MARKERS
     from tracking.formats import export_tracks, import_tracks
     from tracking.tracked import as_tracked
@@ -773,8 +772,7 @@ def __getattr__(name: str) -> Any:
     from calib.results.fit import FitResult, StructureResult
     from calib.results.gap import EffectTest, GapResult, PosteriorResult
     from calib.results.tracks import TrackResult
-    from calib.results.twin import SwimTwin
-    from calib.robot_sheet import draw_robot
+    from calib.results.twin import SwimTwin, draw_robot
     from swimcal.effects.effect import Effect, Parameter
 
     results = (FitResult, StructureResult, PosteriorResult, GapResult, EffectTest, TrackResult)

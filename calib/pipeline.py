@@ -1,4 +1,7 @@
-"""The pipeline from a session folder to its results, stage by stage; what has not changed is not made again."""
+"""The pipeline from a session folder to its results, stage by stage; what has not changed is not made again.
+
+Its last stage, `ReportStage`, makes ``results/report.html`` from the results of all others.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -10,20 +13,20 @@ from typing import TYPE_CHECKING, get_args
 from calib.options import EffortName, Job, Options
 from calib.progress_bar import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, ReferenceSession, check_names
-from calib.stages.fit import FitStage, PublishedStage, StructureStage
-from calib.stages.posterior import PosteriorStage
+from calib.stages.fit import FitStage, PosteriorStage, PublishedStage, StructureStage
 from calib.stages.recordings import Recordings
-from calib.stages.report import ReportStage
 from fitting.calibration import Calibration
 from fitting.structure import Structure
 from fitting.trial import MeasuredTrial
+from reports.context import ReportContext, read_swims, swims_files
+from reports.report import write_report
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Effect
 from swimcal.errors import Fault, InputError, SwimcalError
-from swimcal.results import read_provenance
+from swimcal.results import read_provenance, sha256_of
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
-from swimcal.stage import session_lock
+from swimcal.stage import Stage, session_lock
 from swimcal.twin import Twin
 
 if TYPE_CHECKING:
@@ -45,6 +48,56 @@ def open_session(folder: Path, needs_commands: bool = True) -> Session:
         if Recordings(Job(session, Options())).are_current:
             return session
     return load_session(folder, load_robot, needs_commands=needs_commands)
+
+
+class ReportStage(Stage):
+    """The report of a fit, with its posterior and the diagnosis where they are current, and policies where trained."""
+
+    def __init__(
+        self,
+        job: Job,
+        fit: FitStage,
+        published: PublishedStage | None,
+        posterior: PosteriorStage | None,
+        diagnosis: DiagnosisStage | None,
+    ) -> None:
+        inputs = {}
+        if published is not None:
+            inputs["published"] = sha256_of(published.file)
+        if posterior is not None:
+            inputs["posterior"] = sha256_of(posterior.summary_file)
+        if diagnosis is not None:
+            inputs["diagnosis"] = sha256_of(diagnosis.file)
+        inputs |= {file.name: sha256_of(file) for file in swims_files(job.results)}
+        super().__init__(job.results / "report.html", inputs, {}, [fit])
+        self._fit = fit
+        self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
+
+    def make(self, calibration: Calibration, notes: tuple[str, ...], damaged: Mapping[str, str]) -> None:
+        """Write the report, with notes for the reader and the file of each result that cannot be read.
+
+        Args:
+            calibration: the calibration to report on.
+            notes: sentences for the reader, such as what was left out.
+            damaged: the file of "posterior" or "diagnosis" that cannot be read, where there is one.
+        """
+        job = self._job
+        job.progress("writing the report")
+        context = ReportContext(
+            job.session,
+            calibration,
+            replace(job.provenance, effort=self._fit.effort),
+            notes,
+            published=None if self._published is None else self._published.read(),
+            posterior=None if self._posterior is None else self._posterior.read(),
+            diagnosed=None if self._diagnosis is None else self._diagnosis.read(),
+            diagnosis_effort="" if self._diagnosis is None else self._diagnosis.effort,
+            policies=read_swims(job.results),
+            damaged=damaged,
+        )
+        write_report(self.file, context)
+        self.mark()
+        job.made.append(self.file)
 
 
 class Pipeline:

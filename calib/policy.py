@@ -264,7 +264,7 @@ def _state(file: Path, ending: str) -> Path:
 
 def _course(fish: Fish, task: str, count: int, loaded: Policy, workers: int, file: str) -> Course:
     """Make the course of a policy, which is refused where it does not fit."""
-    from swimgym.environments import make_course
+    from swimgym.course import make_course
 
     if loaded.card.task != task:
         step = f"Give --task {loaded.card.task}, or another policy."
@@ -278,7 +278,7 @@ def _train_policy(
     fish: Fish, task: str, method: str, quick: bool, seed: int, workers: int, file: Path, progress: Any
 ) -> Policy:
     if method == "search":
-        from swimgym.search import SearchPlan, search
+        from swimgym.policy import SearchPlan, search
 
         plan = SearchPlan(6 if quick else 12, 16 if quick else 32, {"target": 16, "circle": 2}[task], seed=seed)
         return search(fish, task, plan, state_file=_state(file, "search.json"), workers=workers, progress=progress)

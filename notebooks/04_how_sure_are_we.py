@@ -63,14 +63,11 @@ table.assign(inside=(table.q05 <= truth) & (truth <= table.q95)).round(3)
 # %% [markdown]
 # ## 2. Are the draws good?
 #
-# Four groups of walkers should visit all ranks about equally often (grey: 95 % band), and the trace must not drift.
-# Draws for which this fails by R-hat or effective number are never reported: `calib.posterior` raises `NotConverged`.
+# Four groups of walkers should visit all ranks about equally often (grey: 95 % band). Draws for which this fails by
+# R-hat or effective number are never reported: `calib.posterior` raises `NotConverged`.
 
 # %%
 posterior.plot.ranks()
-
-# %%
-posterior.plot.trace()
 
 # %% [markdown]
 # `posterior.idata` is what ArviZ reads, so any question to the draws is a line: how probable is it that the Magnus lift
@@ -85,11 +82,8 @@ print(f"correlation of Kutta and Magnus lift: {np.corrcoef(lifts)[0, 1]:+.2f}")
 # %% [markdown]
 # ## 3. What do the trials determine?
 #
-# A coefficient counts as determined if its 90 % interval spans at most a factor of 2.5, or at most 0.5. The prior is
-# uniform from 0 to 10 (grey).
-
-# %%
-posterior.plot.intervals()
+# A coefficient counts as determined if its 90 % interval spans at most a factor of 2.5, or at most 0.5:
+# `posterior.to_frame().determined`. The prior is uniform from 0 to 10.
 
 # %% [markdown]
 # ## 4. What does it predict?

@@ -26,9 +26,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from swimgym import Circle, Course, Rules, Swimmers, load_fish
-from swimgym.environments import make_course
-from swimgym.policy import SHIPPED, load_policy, swim
-from swimgym.search import SearchPlan, search
+from swimgym.course import make_course
+from swimgym.policy import SHIPPED, SearchPlan, load_policy, search, swim
 
 # %matplotlib inline
 

@@ -152,11 +152,6 @@ class PolicySwims:
         """Distances (n,) of the targets from the start, m."""
         return np.asarray(np.hypot(*self.start_m.T))
 
-    @property
-    def aside_rad(self) -> np.ndarray:
-        """Angles (n,) of the targets from straight ahead, to either side, rad."""
-        return np.asarray(np.abs(np.arctan2(self.start_m[:, 1], -self.start_m[:, 0])))
-
 
 def swims_files(results: Path) -> tuple[Path, ...]:
     """List the files of swims that are there, with their cards; targets first."""

@@ -29,7 +29,6 @@ from reports.gap_figures import (
     gap_forces_figure,
     gap_held_out_figure,
     gap_shares_figure,
-    gap_waterfall_figure,
     likenesses,
     seen,
 )
@@ -58,8 +57,6 @@ _CAPTIONS = {
     "gap-shares": "The same in numbers. Line: all ways to split what several stages could cause; tick: what the stage "
     "could explain alone.",
     "gap-effects": "Probability of each effect. Blue: named. Several may be present at once.",
-    "gap-waterfall": "Mean squared residual of the held-out trials: what the effects remove, what remains above noise, "
-    "and noise.",
     "gap-held-out": "Errors of the held-out trials, forecast by the twin without and with the effects. Dashed: what "
     "tracking noise alone would give.",
     "gap-everything": "Each held-out trial without effects and with all of them, fitted to the fit trials alone.",
@@ -105,8 +102,6 @@ def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]
     figures["gap-effects"] = gap_effects_figure(found)
     if found.gap.trials:
         figures["gap-held-out"] = gap_held_out_figure(found.gap, bool(found.effect_parameters))
-        if found.effect_parameters:
-            figures["gap-waterfall"] = gap_waterfall_figure(found)
     if found.everything is not None and found.everything.gap.evaluated_on:
         figures["gap-everything"] = gap_held_out_figure(found.everything.gap, True)
     if seen(found.missing_forces):
@@ -277,7 +272,7 @@ def build_gap(context: ReportContext) -> Section:
     where, which, in_short = (Prose(_lead(text)) for text in gap_sentences(found))
     how_far: tuple[Block, ...] = (in_short, Prose(_NOT_HELD_OUT))
     if found.gap.trials:
-        how_far = (in_short, Prose(_shrinkage(found)), of("waterfall", "held-out"))
+        how_far = (in_short, Prose(_shrinkage(found)), of("held-out"))
     if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     compared = (_compared(found, context),) if found.reference is not None else ()

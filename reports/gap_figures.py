@@ -4,7 +4,6 @@
 """
 
 from collections.abc import Mapping, Sequence
-from math import isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +38,7 @@ from reports.style import (
     panels,
     styled,
 )
-from reports.words import MM, in_words, of_its_size, shortened, shown, whole_percent
+from reports.words import MM, in_words, shortened, shown, whole_percent
 from swimcal.robot import RobotSpec
 
 # What a missing force goes with
@@ -75,9 +74,6 @@ MILLI = 1000.0  # mN in a newton
 _FINEST = 1.0  # every panel reaches at least this far, mN or mN m
 _ANGLES = np.linspace(0.0, 2 * np.pi, 73)  # angles of the crank that are drawn
 _COLUMNS = 4  # panels in a row
-
-# Held-out swims
-_FLOOR = 1.0  # mean squared whitened residual of noise alone
 
 # Shares of the gap
 _ROW_IN = 0.2
@@ -353,35 +349,6 @@ def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str, label: str)
 
 
 # Held-out swims.
-
-
-@styled
-def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
-    """Draw the mean squared whitened residual of the held-out swims; needs at least one, and an effect."""
-    gap = found.gap
-    before, after = gap.squares_before, gap.squares_after
-    highest = max(before, after, _FLOOR)
-    bottom = max(0.62, 0.32 + 0.125 * len(found.effect_parameters))  # a line an effect
-    figure, axes = panel(HALF_WIDTH_IN, 1.98 + bottom, Margins(left=0.52, right=0.08, bottom=bottom, top=0.28))
-    added = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.effect_parameters)
-    names = {"plain twin": of_its_size(before), added: of_its_size(after - before, signed=True)}
-    names |= {"remains": of_its_size(after), "noise": "1"}
-    if not isnan(gap.shrinkage):
-        share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.15 * highest
-        axes.text(1, above, share, ha="center", va="bottom", fontsize=7.5)
-    ends = [(0.0, before), (before, after), (max(after, _FLOOR), _FLOOR), (_FLOOR, 0.0)]
-    colours = [MUTED, EBT_SMOOTHED if after <= before else WARN, GAP, TWIN]
-    for place, ((start, end), colour, value) in enumerate(zip(ends, colours, names.values(), strict=True)):
-        height = max(abs(end - start), 0.004 * highest)
-        axes.bar(place, height, bottom=min(start, end), width=0.72, color=colour, alpha=0.85)
-        above = max(start, end) + 0.02 * highest
-        axes.text(place, above, value, ha="center", va="bottom", fontsize=9, fontweight="bold")
-        axes.plot([place + 0.36, place + 0.64], [end, end], color=MUTED, linewidth=0.8 if end else 0.0)
-    axes.set_xticks(range(len(names)), list(names))
-    axes.set(xlim=(-0.55, len(names) - 0.45), ylim=(0.0, 1.28 * highest), ylabel="mean squared residual")
-    axes.tick_params(axis="x", length=0)
-    axes.grid(visible=False, axis="x")
-    return figure
 
 
 @styled

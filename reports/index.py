@@ -189,10 +189,6 @@ def _coefficient(name: str) -> Callable[[Mapping[str, Any]], _Cell]:
     return cell
 
 
-def _trials(row: Mapping[str, Any]) -> _Cell:
-    return _cell(f"{row['fit_trials']} + {row['held_out_trials']}")
-
-
 def _frequencies(row: Mapping[str, Any]) -> _Cell:
     slowest, fastest = _number(row, "slowest_hz"), _number(row, "fastest_hz")
     return _cell(spanned(slowest, fastest, lambda hz: shown(hz, 2)), slowest)

@@ -19,7 +19,6 @@ from reports.robot import WORDS
 from reports.style import (
     EBT,
     EBT_LARGE,
-    FAINT,
     FULL_WIDTH_IN,
     HALF_WIDTH_IN,
     INK,
@@ -48,8 +47,7 @@ if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
     from swimcal.mjcf import FluidCoefficients
 
-# Figures of the checks
-_POINTS = 120  # number of points drawn of a trace
+# The figure of the checks
 _GROUPS = 4  # number of groups of walkers
 _RANK_BINS = 10  # bins of the ranks
 _QUARTER_COLOURS = (TWIN, EBT, EBT_LARGE, INK)
@@ -75,32 +73,14 @@ NOISE = table_head(
 
 
 @styled
-def posterior_trace_figure(found: PosteriorSummary) -> Figure:
-    """Draw where the middle half and 90 % of the walkers are, and two of the walkers, draw by draw, a panel a
-    coefficient.
-    """
-    figure, drawn = _panel_each("draw of each walker, after the burn-in, thinned")
-    chains = found.chains[:, :: max(found.chains.shape[1] // _POINTS, 1)]
-    draws = np.linspace(0, found.chains.shape[1], chains.shape[1])
-    for i, axes in enumerate(drawn):
-        low, lower, upper, high = np.quantile(chains[..., i], [0.05, 0.25, 0.75, 0.95], axis=0)
-        axes.fill_between(draws, lower, upper, color=TWIN, alpha=0.3, linewidth=0, label="half of the walkers")
-        axes.fill_between(draws, low, high, color=TWIN, alpha=0.18, linewidth=0, label="90 %")
-        for chain, colour in zip(chains[[len(chains) // 2, 0], :, i], (EBT, INK), strict=True):
-            axes.plot(draws, chain, color=colour, linewidth=0.6, label="two of them")
-        axes.set_xlim(draws[0], draws[-1])
-        axes.locator_params(axis="y", nbins=3)
-    legend_on_top(figure, 3)
-    return figure
-
-
-@styled
 def posterior_ranks_figure(found: PosteriorSummary) -> Figure:
     """Draw how the ranks of four groups of walkers spread, a panel a coefficient.
 
     Flat within the band means well mixed.
     """
-    figure, drawn = _panel_each("rank among all draws")
+    margins = Margins(left=0.6, top=0.5)
+    figure, drawn = panels(len(NAMES), Grid(1, 0.52, gap_in=(0.0, 0.22)), HALF_WIDTH_IN, margins)
+    name_panels(drawn, NAMES, 1, "rank among all draws")
     edges = np.linspace(0.0, 1.0, _RANK_BINS + 1)
     for i, axes in enumerate(drawn):
         ranks = rankdata(found.chains[..., i]).reshape(found.chains.shape[:2]) / found.chains[..., i].size
@@ -119,55 +99,6 @@ def posterior_ranks_figure(found: PosteriorSummary) -> Figure:
         axes.locator_params(axis="y", nbins=3)
     drawn[2].set_ylabel("density of the ranks")
     legend_on_top(figure, 4)
-    return figure
-
-
-def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
-    """Make a low panel for each coefficient, one below the other."""
-    margins = Margins(left=0.6, top=0.5)
-    figure, drawn = panels(len(NAMES), Grid(1, 0.52, gap_in=(0.0, 0.22)), HALF_WIDTH_IN, margins)
-    name_panels(drawn, NAMES, 1, x)
-    return figure, drawn
-
-
-@styled
-def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
-    """Draw the autocorrelation of the tracks' residuals, and of what the noise model leaves, a panel a fit trial."""
-    width, columns = small_multiples(len(found.whiteness))
-    wide = width > HALF_WIDTH_IN
-    grid = Grid(columns if wide else min(columns, 2), 1.3, gap_in=(0.16, 0.36))
-    figure, drawn = panels(len(found.whiteness), grid, width, Margins(left=0.5, top=0.5 if wide else 0.62))
-    name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
-    for axes, white in zip(drawn, found.whiteness, strict=True):
-        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracking errors")
-        axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="residual of the noise model")
-        axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
-        axes.set_ylim(-0.35, 1.0)
-        axes.set_xlim(left=0)
-        axes.locator_params(axis="x", nbins=4)
-        axes.tick_params(labelbottom=True)
-    drawn[0].set_ylabel("autocorrelation")
-    drawn[-1].set_xlabel("lag (s)")
-    legend_on_top(figure, 4 if wide else 2)
-    return figure
-
-
-@styled
-def posterior_intervals_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
-    """Draw interval and mean of each coefficient within the prior, and the fit."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.4, Margins(left=0.92, top=0.35))
-    low, high = COEFFICIENT_BOUNDS
-    rows = -np.arange(len(NAMES))
-    axes.barh(rows, high - low, left=low, height=0.5, color=SHADE)
-    for row, marginal in zip(rows, found.marginals.values(), strict=True):
-        axes.plot([marginal.q05, marginal.q95], [row, row], color=TWIN, linewidth=7, solid_capstyle="butt")
-    means = [marginal.mean for marginal in found.marginals.values()]
-    axes.plot(means, rows, "|", color=INK, markersize=11, markeredgewidth=1.2, label="mean")
-    axes.plot(fit, rows, "D", color=EBT, markersize=4, label="fit")
-    axes.set_yticks(rows, NAMES, fontsize=8)
-    axes.set_xlim(low - 0.3, high + 0.3)
-    axes.grid(visible=False)
-    legend_above(axes, 2)
     return figure
 
 
@@ -319,11 +250,6 @@ def build_posterior(context: ReportContext) -> Section:
 
 def _build_determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block, ...]:
     fit = context.calibration.coefficients
-    intervals = Plot(
-        posterior_intervals_figure(found, fit),
-        "posterior-intervals",
-        "90 % intervals and means within the prior (grey), and the fit (orange), which is the mode.",
-    )
     corner = Plot(
         posterior_corner_figure(found, fit),
         "posterior-corner",
@@ -332,7 +258,7 @@ def _build_determined(found: PosteriorSummary, context: ReportContext) -> tuple[
     )
     return (
         _table(found, fit),
-        Plots((intervals, corner), "How the coefficients trade against each other.", folded=True),
+        Plots((corner,), "How the coefficients trade against each other.", folded=True),
         _robot(found),
         _directions(found),
     )
@@ -450,24 +376,13 @@ def _build_checks(found: PosteriorSummary) -> tuple[Block, ...]:
         f"{shown(found.emulator_error, 2)}. Noise and nuisances alone leave residuals as large in "
         f"{percent(found.misfit_p)} of sessions."
     )
-    white = Plot(
-        posterior_whiteness_figure(found),
-        "posterior-whiteness",
-        "Autocorrelation of the tracking errors (grey) and of the residual of the noise model (blue), which should lie "
-        "within the band of white noise.",
-    )
-    trace = Plot(
-        posterior_trace_figure(found),
-        "posterior-trace",
-        "Walkers after the burn-in: a band of constant mean and width has converged.",
-    )
     ranks = Plot(
         posterior_ranks_figure(found),
         "posterior-ranks",
         "Ranks of four groups of walkers among all draws: within the grey band (95 % of bins) they have drawn from the "
         "same distribution.",
     )
-    return Prose(text), _noise(found), Plots((white, trace, ranks), "Noise and chains, drawn.", folded=True)
+    return Prose(text), _noise(found), Plots((ranks,), "The chains, drawn.", folded=True)
 
 
 def _noise(found: PosteriorSummary) -> Table:

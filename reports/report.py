@@ -20,7 +20,7 @@ from reports.robot import build_motor, build_robot, build_structure
 from reports.steering import build_steering
 from reports.swims import build_motions, build_residuals, build_tail_beat, build_trials
 from reports.tracks import build_track_quality
-from reports.words import MISSING, counted, sentence, shown, significant
+from reports.words import counted, sentence, shown
 from swimcal.results import write_whole
 
 TERMS = {
@@ -55,7 +55,6 @@ def build_provenance(context: ReportContext) -> Section:
             *_notes(context),
             Points("Assumed, not measured in this session", _assumptions(context)),
             Terms(_made_with(context), "Program and settings"),
-            Terms(_robot(context), "The robot as described"),
             Table("Input files, by name in the session folder.", columns, inputs, folded=True),
         ),
     )
@@ -86,24 +85,6 @@ def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("seed", str(made.seed)),
         ("effort", made.effort),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
-    )
-
-
-def _robot(context: ReportContext) -> tuple[tuple[str, str], ...]:
-    robot, file = context.calibration.robot, context.session.robot_file
-    mass_kg = sum(part.mass_kg for part in robot.head.part)
-    return (
-        ("robot", f"{robot.name} ({'built in' if file is None else file.name})"),
-        ("length", f"{significant(robot.length_m * 1000)} mm, nose marker to end of the fin"),
-        ("head", f"{significant(mass_kg)} kg"),
-        ("tail", f"{len(robot.hinges)} hinges of {significant(robot.tail.hinge_stiffness_n_m)} N m/rad"),
-        (
-            "tendons",
-            f"{significant(robot.tendons.stiffness_n_m / 1000)} kN/m, {robot.tendons.damping_n_s_m:g} N s/m",
-        ),
-        ("crank arm", f"{significant(robot.crank.arm_m * 1000)} mm"),
-        ("water", f"{robot.water.density_kg_m3:g} kg/m³, {robot.water.viscosity_pa_s:g} Pa s"),
-        ("markers", ", ".join(context.session.markers) or MISSING),
     )
 
 

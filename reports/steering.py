@@ -36,9 +36,8 @@ _EDGE_M = 0.12  # margin about targets and start
 _LEAST = 3  # a cell with fewer targets has no numbers
 _MARGINS = Margins(left=0.52, right=0.08, bottom=0.42, top=0.36)
 
-# Words and tables
+# Words and the table
 METHODS = {"search": "A steering law of a few numbers, searched", "sac": "A network, trained with soft actor-critic"}
-REACH = table_head("targets | episodes [] | reached [] | 95 % interval [] | median time [s] | slowest tenth from [s]")
 CIRCLE = table_head("circle | lap [s] | mean distance [mm] | largest [mm]")
 ON_THE_TWIN = (
     "These swims are the twin’s own, on which the policy was made. On the robot it does no better than the twin is "
@@ -164,10 +163,11 @@ def _describe_training(swims: PolicySwims) -> str:
 
 def _targets(swims: PolicySwims) -> tuple[Prose | Plots | Table, ...]:
     hits, count = int(swims.reached.sum()), len(swims.reached)
-    low, high = _wilson(hits, count)
+    low, high = binomtest(hits, count).proportion_ci(0.95, method="wilson")  # Wilson (1927)
+    median_s = float(np.median(swims.seconds[swims.reached])) if hits else None
     text = (
-        f"{_describe_training(swims)}, reaches {hits} of {count} random targets ({spanned(low, high, percent)}, "
-        f"95 % interval), in the median after {shown(_median(swims, swims.reached))} s."
+        f"{_describe_training(swims)}, reaches {hits} of {count} random targets ({spanned(low, high, percent)}, 95 % "
+        f"interval), in the median after {shown(median_s)} s."
     )
     paths = Plot(
         paths_figure(swims),
@@ -181,39 +181,7 @@ def _targets(swims: PolicySwims) -> tuple[Prose | Plots | Table, ...]:
         "Targets by distance and angle: the share reached, and the median time that it took. A near target to the "
         "side is within the turning circle, so the robot turns away first. Without numbers: too near, or too few.",
     )
-    return (Prose(text), Plots((paths, reach)), _by_distance_and_angle(swims))
-
-
-def _by_distance_and_angle(swims: PolicySwims) -> Table:
-    distance, aside = swims.distance_m, np.degrees(swims.aside_rad)
-    rows = []
-    for low, high in pairwise(RINGS_M):
-        rows += _row(f"{low:g} to {high:g} m away", swims, (distance >= low) & (distance < high))
-    degrees = np.degrees(SIDES_RAD)
-    for low, high in pairwise(degrees):
-        rows += _row(f"{low:.0f} to {high:.0f}° aside", swims, (aside >= low) & (aside < high))
-    everything = _row("all", swims, np.ones(len(distance), bool))
-    return Table("Targets reached, by distance and by angle.", REACH, tuple(rows), tuple(everything))
-
-
-def _row(label: str, swims: PolicySwims, chosen: np.ndarray) -> list[tuple[str, ...]]:
-    count, hit = int(chosen.sum()), chosen & swims.reached
-    if not count:
-        return []
-    low, high = _wilson(int(hit.sum()), count)
-    slow = float(np.quantile(swims.seconds[hit], 0.9)) if hit.any() else None
-    interval = spanned(low, high, percent)
-    return [(label, str(count), percent(hit.sum() / count), interval, shown(_median(swims, hit)), shown(slow))]
-
-
-def _wilson(hits: int, count: int) -> tuple[float, float]:
-    """Compute the 95 % interval of a share (Wilson 1927)."""
-    low, high = binomtest(hits, count).proportion_ci(0.95, method="wilson")
-    return float(low), float(high)
-
-
-def _median(swims: PolicySwims, hit: np.ndarray) -> float | None:
-    return float(np.median(swims.seconds[hit])) if hit.any() else None
+    return (Prose(text), Plots((paths, reach)))
 
 
 def _circle(swims: PolicySwims) -> tuple[Prose | Plots | Table, ...]:

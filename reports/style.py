@@ -112,12 +112,12 @@ class Grid(NamedTuple):
 
     Attributes:
         columns: panels in a row.
-        height_in: height of a panel, inches; None: as high as it is wide.
+        height_in: height of a panel, inches.
         gap_in: gaps between columns and between rows, inches.
     """
 
     columns: int
-    height_in: float | None
+    height_in: float
     gap_in: tuple[float, float] = (0.14, 0.30)
 
 
@@ -134,9 +134,7 @@ def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tupl
     return figure, add_panel(figure, (left, bottom), (width_in - left - right, height_in - bottom - top))
 
 
-def panels(
-    count: int, grid: Grid, width_in: float, margins: Margins = MARGINS, projection: str | None = None
-) -> tuple[Figure, list[Axes]]:
+def panels(count: int, grid: Grid, width_in: float, margins: Margins = MARGINS) -> tuple[Figure, list[Axes]]:
     """Make a figure with several panels, row by row from the top left, within fixed margins.
 
     Args:
@@ -144,29 +142,25 @@ def panels(
         grid: their layout.
         width_in: width of the figure, inches.
         margins: space around all panels.
-        projection: matplotlib's projection of each panel.
     """
     rows = -(-count // grid.columns)
     across, down = grid.gap_in
     width = (width_in - margins.left - margins.right - (grid.columns - 1) * across) / grid.columns
-    height = width if grid.height_in is None else grid.height_in
-    total = rows * height + (rows - 1) * down + margins.bottom + margins.top
+    total = rows * grid.height_in + (rows - 1) * down + margins.bottom + margins.top
     figure = Figure(figsize=(width_in, total))
     drawn = []
     for i in range(count):
         row, column = divmod(i, grid.columns)
-        corner = margins.left + column * (width + across), total - margins.top - (row + 1) * height - row * down
-        drawn.append(add_panel(figure, corner, (width, height), projection))
+        corner = margins.left + column * (width + across), total - margins.top - (row + 1) * grid.height_in - row * down
+        drawn.append(add_panel(figure, corner, (width, grid.height_in)))
     return figure, drawn
 
 
-def add_panel(
-    figure: Figure, corner: tuple[float, float], size: tuple[float, float], projection: str | None = None
-) -> Axes:
+def add_panel(figure: Figure, corner: tuple[float, float], size: tuple[float, float]) -> Axes:
     """Add a panel with this lower left corner and this width and height, all in inches."""
     width_in, height_in = figure.get_size_inches()
     place = (corner[0] / width_in, corner[1] / height_in, size[0] / width_in, size[1] / height_in)
-    return figure.add_axes(place, projection=projection)
+    return figure.add_axes(place)
 
 
 def small_multiples(count: int) -> tuple[float, int]:

@@ -32,7 +32,6 @@ from reports.style import (
     name_panels,
     panel,
     panels,
-    small_multiples,
     styled,
 )
 from reports.words import MISSING, MM, counted, in_mm, in_words, listed, percent, shortened, shown, significant
@@ -52,8 +51,6 @@ TRUSTED = 0.9  # share of a marker's samples below which its bar is marked
 DRIFTING = 2.0
 
 # The beat of the tail
-_STEPS = (200, 100, 50, 20, 10, 5, 2, 1)  # mm, of ticks
-
 COLUMNS = table_head(
     "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
     "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
@@ -198,23 +195,10 @@ def _mark_windows(axes: Axes, trial: MeasuredTrial) -> None:
     for first, last in stretches(~trial.kept):
         end_s = trial.time_s[min(last + 1, len(trial.time_s) - 1)]
         axes.axvspan(trial.time_s[first], end_s, facecolor=SHADE, linewidth=0)
-    mark_scored(axes, trial, 0.0)
-    axes.set_xlim(trial.time_s[0], trial.time_s[-1])
-
-
-def mark_scored(axes: Axes, trial: MeasuredTrial, zero_s: float, height: float = 0.985) -> None:
-    """Draw a bar on top of the scored frames.
-
-    Args:
-        axes: the panel.
-        trial: the trial.
-        zero_s: time of the trial at which the axis begins, s.
-        height: place of the bar as a share of the panel's height.
-    """
-    across = axes.get_xaxis_transform()
     for first, last in stretches(trial.scored):
-        ends = trial.time_s[[first, last]] - zero_s
-        axes.plot(ends, [height, height], color=MUTED, linewidth=2.5, transform=across, label="scored window")
+        on_top: Look = {"transform": axes.get_xaxis_transform(), "label": "scored window"}
+        axes.plot(trial.time_s[[first, last]], [0.985, 0.985], color=MUTED, linewidth=2.5, **on_top)
+    axes.set_xlim(trial.time_s[0], trial.time_s[-1])
 
 
 def build_trials(context: ReportContext) -> Section:
@@ -392,57 +376,20 @@ def _residual_caveats(trials: tuple[CalibratedTrial, ...]) -> tuple[str, ...]:
 # The beat of its tail.
 
 
-@styled
-def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyWave]]) -> Figure:
-    """Draw a polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
-
-    Markers whose amplitude is nan are left out.
-    """
-    width, columns = small_multiples(len(names))
-    grid, margins = Grid(columns, None, gap_in=(0.34, 0.5)), Margins(left=0.12, right=0.3, bottom=0.12, top=0.7)
-    figure, drawn = panels(len(names), grid, width, margins, projection="polar")
-    reach = 1.1 * max([float(np.nanmax(wave.amplitude_m, initial=0.0)) for pair in waves for wave in pair] + [0.005])
-    for axes, name, pair in zip(drawn, names, waves, strict=True):
-        for wave, colour, face, name_of in zip(pair, (INK, TWIN), ("none", TWIN), ("measured", "twin"), strict=True):
-            known = np.isfinite(wave.amplitude_m)
-            lag, amplitude = wave.lag_rad[known], wave.amplitude_m[known] * MM
-            axes.plot(lag, amplitude, "-o", color=colour, linewidth=1.1, markersize=2.4, label=name_of)
-            if len(known) and known[-1]:
-                axes.plot(lag[-1:], amplitude[-1:], "o", color=colour, markerfacecolor=face)
-        _dress(axes, reach * MM)
-        axes.set_title(shortened(name, 16), loc="left", fontweight="bold", pad=6, x=0.0)
-    drawn[-1].plot([], [], "o", color=INK, markerfacecolor="none", label="last marker")
-    legend_on_top(figure, 3)
-    return figure
-
-
-def _dress(axes: Axes, reach: float) -> None:
-    step = next(size for size in _STEPS if size < 0.75 * reach or size == 1)
-    axes.set_ylim(0.0, reach)
-    rings = np.arange(step, reach, step)
-    axes.set_yticks(rings, [*[""] * (len(rings) - 1), f"{rings[-1]:.0f} mm"], fontsize=6.5, color=MUTED)
-    axes.set_rlabel_position(247)  # type: ignore[attr-defined]
-    axes.set_xticks(np.radians([0, 90, 180, 270]), ["0°", "90°", "", ""], fontsize=6.5)
-    axes.tick_params(axis="x", pad=-3)
-    axes.spines["polar"].set_visible(False)
-
-
 def build_tail_beat(context: ReportContext) -> Section:
     """Build the section: waves and numbers, measured and simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
-    names = [trial.measured.name for trial in trials]
-    last = waves[0][0].markers[-1]
-    plots = (
-        Plot(
-            body_wave_figure(names, waves),
-            "body-wave",
-            "The wave along the tail: each dot a tail marker; radius is its amplitude, angle its lag behind the first. "
-            "A spiral is a travelling wave, a ray a standing one.",
-        ),
+    numbers = [_numbers(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True)]
+    rows = tuple(map(_row, trials, waves, numbers))
+    table = Table(
+        f"Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); amplitude "
+        f"and lag are those of {waves[0][0].markers[-1]}.",
+        COLUMNS,
+        rows,
+        folded=True,
     )
-    rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))
-    blocks = (Plots(plots), _table(rows, last), Prose(_strouhal(trials, waves, robot)))
+    blocks = (table, Prose(_strouhal([measured.strouhal for measured, _ in numbers])))
     return Section("Tail beat", "tail-beat", blocks, _tail_beat_caveats(trials, waves))
 
 
@@ -475,8 +422,7 @@ def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[Sw
     return measured, simulated_numbers(trial.measured, trial.simulated, trial.simulated_hz, robot)
 
 
-def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, ...]:
-    numbers = _numbers(trial, waves, robot)
+def _row(trial: CalibratedTrial, waves: Waves, numbers: tuple[SwimNumbers, SwimNumbers]) -> tuple[str, ...]:
     return (
         trial.measured.name,
         *(shown(number.swimming_number / 1000) for number in numbers),
@@ -486,18 +432,8 @@ def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, .
     )
 
 
-def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
-    return Table(
-        f"Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); amplitude "
-        f"and lag are those of {last}.",
-        COLUMNS,
-        rows,
-        folded=True,
-    )
-
-
-def _strouhal(trials: tuple[CalibratedTrial, ...], waves: list[Waves], robot: RobotSpec) -> str:
-    found = [_numbers(trial, pair, robot)[0].strouhal for trial, pair in zip(trials, waves, strict=True)]
+def _strouhal(found: list[float]) -> str:
+    """Compare the Strouhal numbers of the trials, nan where one is not known, with those of animals."""
     known = [value for value in found if np.isfinite(value)]
     text = "Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
     if not known:

@@ -1,20 +1,17 @@
 """Section on the quality of the tracks: which samples do not count, and why."""
 
-from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fitting.calibration import CalibratedTrial
 from fitting.trial import MeasuredTrial
 from reports.caveats import track_flags
 from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.style import HALF_WIDTH_IN, INKS, SHADE, Margins, panel, styled
 from reports.words import counted, in_words, listed, percent, sentence, shortened, shown, spanned
-from swimcal.flags import FLAG_KINDS
 from tracking.harmed_frames import stretches
 
 # Kinds of flags
@@ -29,8 +26,6 @@ _INK_OF_KIND = {
     _HEAD: "muted",
 }
 
-# Tables
-COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
 STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
 
 
@@ -77,17 +72,16 @@ def _colour(kind: str) -> str:
 
 
 def build_track_quality(context: ReportContext) -> Section:
-    """Build the section: a picture of each trial with flags, the flags counted by kind, and every stretch."""
+    """Build the section: every flagged stretch, and a picture of each trial with flags."""
     trials = [trial for trial in context.calibration.trials if (trial.measured.weight <= 0).any()]
     unflagged = [trial.measured.name for trial in context.calibration.trials if trial not in trials]
-    rows = tuple(row for trial in context.calibration.trials for row in _rows(trial))
+    rows = tuple(row for trial in context.calibration.trials for row in _stretches(trial.measured))
     blocks: list[Block] = []
     if unflagged:
         blocks.append(Prose(f"Every sample counts in {listed(unflagged)}."))
     if rows:
-        blocks.append(Table("Flags by trial and kind. Flagged samples are not used.", COLUMNS, rows))
-        stretches = tuple(row for trial in context.calibration.trials for row in _stretches(trial.measured))
-        blocks.append(Table(f"{counted(len(stretches), 'stretch', 'es')}.", STRETCHES, stretches, folded=True))
+        caption = f"{counted(len(rows), 'flagged stretch', 'es')}; their samples are not used."
+        blocks.append(Table(caption, STRETCHES, rows, folded=True))
     pictures = tuple(picture_of_tracks(trial.measured) for trial in trials)
     if pictures:
         what = "A long coloured row is a marker to track again, a column a moment at which no marker can be used."
@@ -114,19 +108,6 @@ def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
         if len(seen):
             when = spanned(float(seen[0]), float(seen[-1]), lambda time_s: shown(time_s, 2))
         yield trial.name, flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)
-
-
-def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:
-    flags = track_flags(trial.measured)
-    rows: list[tuple[str, ...]] = []
-    for kind, count in Counter(flag.kind for flag in flags).most_common():
-        of_kind = [flag for flag in flags if flag.kind == kind]
-        frames = [flag.frames or (0, len(trial.measured.time_s) - 1) for flag in of_kind]
-        longest = max(last - first + 1 for first, last in frames)
-        markers = tuple(dict.fromkeys(name for flag in of_kind for name in flag.markers))
-        what = f"{kind.replace('_', ' ')}: {FLAG_KINDS[kind]}" if kind in FLAG_KINDS else kind.replace("_", " ")
-        rows.append((trial.measured.name, what, str(count), str(longest), listed(markers)))
-    return rows
 
 
 def _caveats(context: ReportContext) -> tuple[str, ...]:

@@ -170,22 +170,20 @@ def misses(forecasts: SessionForecast) -> str:
     )
 
 
-def is_beaten(forecasts: SessionForecast, model: str = TWIN) -> bool:
-    """Return whether a model, by default the exported twin, forecasts speeds better than every simple rule
-    on average.
-    """
+def is_beaten(forecasts: SessionForecast) -> bool:
+    """Return whether the exported twin forecasts speeds better than every simple rule on average."""
     best = forecasts.best_baseline
-    return bool(best) and forecasts.gain(model, best).mean > 0
+    return bool(best) and forecasts.gain(TWIN, best).mean > 0
 
 
-def compared_with_best(forecasts: SessionForecast, model: str = TWIN) -> str:
-    """Say whether a model, by default the exported twin, is better than the best simple rule; empty without a rule.
+def compared_with_best(forecasts: SessionForecast) -> str:
+    """Say whether the exported twin is better than the best simple rule; empty without a rule.
 
     The four cases: better; better, but not significantly; worse, but not significantly; worse.
     """
     if not (best := forecasts.best_baseline):
         return ""
-    gain, name = forecasts.gain(model, best), MODELS[best]
+    gain, name = forecasts.gain(TWIN, best), MODELS[best]
     if not isfinite(gain.mean):
         return ""
     how = "better" if gain.mean > 0 else "worse"
@@ -197,13 +195,13 @@ def compared_with_best(forecasts: SessionForecast, model: str = TWIN) -> str:
     )
 
 
-def correction_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
+def correction_sentence(forecasts: SessionForecast) -> str:
     """Say what held-out speeds gain by the correction that the fit trials suggest.
 
     The correction is no part of the exported twin.
     """
-    own, alone = (in_mm(forecasts.mean(name, "speed_error")) for name in (model, TWIN))
-    if not isfinite(forecasts.mean(model, "speed_error")):
+    own, alone = (in_mm(forecasts.mean(name, "speed_error")) for name in (GIVEN, TWIN))
+    if not isfinite(forecasts.mean(GIVEN, "speed_error")):
         return ""
     return (
         f"With a correction interpolated from the fit trials, which is no part of the exported twin, the speed error "

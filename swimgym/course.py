@@ -26,16 +26,18 @@ the swing of the head within a beat. No side is preferred: left and right mirror
 circle cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature
 have to: Dubins, Am. J. Math. 79, 1957).
 
+`make_course` makes a course from what a user names: a session, an MJCF or the built-in robot, a task and its options.
 The functions `checked_…` check what a caller gives to an environment: actions, targets and seeds.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from swimgym.swimmers import Swimmers, turned
+from swimgym.swimmers import Fish, Swimmers, load_fish, turned
 
 SEEN = ("crank_cos", "crank_sin", "crank_speed", "roll_rate", "pitch_rate", "yaw_rate")
 AHEAD = ("distance", "target_x", "target_y", "target_x_rate", "target_y_rate", "last_action")
@@ -257,6 +259,43 @@ class Course:
         reward = -rules.distance_weight * distance - rules.effort_weight * np.abs(self.action)
         reward = np.where(diverged, 0.0, reward + rules.goal_reward * reached)
         return Moment(np.where(diverged[:, None], 0.0, seen), reward, reached, diverged, timed_out, distance, off_path)
+
+
+TASKS: dict[str, Any] = {"target": Targets, "circle": Circle}
+
+
+def make_course(
+    task: str,
+    count: int,
+    *,
+    session: str | Path | None = None,
+    mjcf: str | Path | None = None,
+    fish: Fish | None = None,
+    rules: Rules | None = None,
+    workers: int = 0,
+    **options: Any,
+) -> Course:
+    """Make a course of n swimmers with a task, "target" or "circle".
+
+    Args:
+        task: name of the task.
+        count: n.
+        session: folder of a session with a fit, see `load_fish`; without session and MJCF: the built-in robot.
+        mjcf: instead, an MJCF, see `load_fish`.
+        fish: instead of these, one that was loaded.
+        rules: rules of action, reward and episode; default: the paper's, see `swimgym.course`.
+        workers: threads; 0 for all cores.
+        options: options of the task, see `Targets` and `Circle`; fields of `Rules` change these.
+
+    Raises:
+        InputError, ModelMismatch: see `load_fish`.
+        TypeError: an option that neither the task nor the rules have.
+    """
+    own = {each.name: options.pop(each.name) for each in fields(Rules) if each.name in options}
+    rules = replace(rules or Rules(), **own)
+    fish = fish or load_fish(session, mjcf=mjcf)
+    swimmers = Swimmers(fish.models, count, interval_s=rules.interval_s, workers=workers)
+    return Course(swimmers, TASKS[task](count, **options), rules)
 
 
 # A beat of the tail.

@@ -5,7 +5,6 @@ are then tens of choices instead of hundreds. Training needs the extra ``swimcal
 not.
 """
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import monotonic
@@ -17,12 +16,10 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from swimgym.course import Course, beat_action
-from swimgym.environments import make_course
-from swimgym.policy import Policy, card_of, features
+from swimgym.course import Course, beat_action, make_course
+from swimgym.policy import Policy, Progress, card_of, features
 from swimgym.swimmers import Fish
 
-Progress = Callable[[str, float | None], None]
 _PROGRESS_WEIGHT = 5.0  # reward for each metre (or rad along the circle) of progress
 _TIME_COST = 0.05  # cost of each choice
 _GOAL = 5.0  # reward for a goal, and cost of a simulation that diverges

@@ -11,7 +11,7 @@ from calib.results.gap import EffectTest, GapResult, PosteriorResult
 from calib.results.result import FitFigures, GapFigures, PosteriorFigures, StructureFigures, check_current
 from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.posterior import PosteriorStage
+from calib.stages.fit import PosteriorStage
 from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import PublishedResult

@@ -130,7 +130,6 @@ class FitFigures(StructureFigures):
     flagged = _trial_figure("flags", "The samples of a trial that are flagged, over time.")
     speeds = _figure("sweep", "Speed over frequency: measured, of the twin, by elongated body theory and simple rules.")
     residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
-    body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
     forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
     hull_roll = _figure("hull-roll", "The neck's sideways sway over frequency: measured, and with and without a roll.")
     coefficients = _figure("coefficient-values", "The coefficients with their intervals, and where every start ended.")
@@ -139,13 +138,10 @@ class FitFigures(StructureFigures):
 class PosteriorFigures(Figures):
     """Figures of a posterior."""
 
-    intervals = _figure("posterior-intervals", "The 90 % interval of every coefficient and its prior.")
     corner = _figure("posterior-corner", "The joint posterior of every pair of coefficients.")
     speeds = _figure("sweep", "Speed over frequency with its predictive band.")
     trials = _figure("posterior-trials", "The speed of every trial with its predictive interval.")
     further_trial = _figure("posterior-further-plot", "Expected information of one more trial, over its frequency.")
-    whiteness = _figure("posterior-whiteness", "Autocorrelation of the residuals of every trial.")
-    trace = _figure("posterior-trace", "The chains over their draws.")
     ranks = _figure("posterior-ranks", "Rank histograms of the chains.")
 
 
@@ -155,7 +151,6 @@ class GapFigures(Figures):
     fish = _figure("gap-fish", "Where the gap comes from and where it shows, drawn on the robot.")
     where = _figure("gap-shares", "Shares of the gap by stage, trial, marker, axis and band.")
     effects = _figure("gap-effects", "The probability of every effect.")
-    waterfall = _figure("gap-waterfall", "What of the held-out gap the effects remove, and what they leave.")
     held_out = _figure("gap-held-out", "Marker and speed errors of held-out trials without and with the effects.")
     all_effects = _figure("gap-everything", "The same with all effects at once.")
     forces = _figure("gap-forces", "The forces and torques that the plain twin lacks, over a turn of the crank.")

@@ -1,21 +1,28 @@
-"""The twin that a user can drive: markers of a swim at any crank speed, as labelled arrays."""
+"""The twin that a user can drive, and a robot's description on one sheet.
+
+`SwimTwin.swim` returns the markers of a swim at any crank speed, as labelled arrays. `draw_robot` draws a robot from
+above, with the numbers that show whether its description is right.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from calib.results.result import TIME
+from calib.results.result import TIME, Export
 from fitting.pool import forward_speed, head_frame
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.errors import Fault, InputError
-from swimcal.mjcf import FluidCoefficients, add_scenery, build_mjcf
-from swimcal.robot import RobotSpec
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients, add_scenery, build_mjcf, natural_hz
+from swimcal.results import write_whole
+from swimcal.robot import RobotSpec, load_robot
 from swimcal.runs import Runs
 from swimcal.twin import Twin
 from tracking.head_frame import select_head
@@ -23,6 +30,9 @@ from tracking.head_frame import select_head
 if TYPE_CHECKING:
     import xarray as xr
 
+PICTURES = (".png", ".svg", ".pdf")
+"""Endings of the pictures of a robot that can be written."""
+DOTS_AN_INCH = 200
 _LEAST_S = 6.0  # shortest swim from rest, where no duration is given
 _SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 
@@ -145,3 +155,40 @@ class SwimTwin:
         if faults:
             raise InputError(faults)
         return {name: np.atleast_1d(np.asarray(value, float)) for name, value in parameters.items()}
+
+
+def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -> Export:
+    """Draw a robot from above, and say what its description amounts to: mass, length, natural frequency, speed.
+
+    Args:
+        robot: a robot's TOML; default: the published 0.57 m fish.
+        out: the picture to write, .png, .svg or .pdf.
+
+    Raises:
+        InputError: the file has faults, all of them at once; or `out` has another ending.
+        ResultsNotWritable: `out` cannot be written.
+
+    Example:
+        >>> made = calib.draw_robot(out="fish.png")
+        >>> made.notes[1]
+        'Its tail rings at 3.6 Hz in air, without tendons'
+    """
+    from reports.robot import planform_figure  # it loads Matplotlib
+
+    described, picture = load_robot(None if robot is None else Path(robot)), Path(out)
+    if picture.suffix.lower() not in PICTURES:
+        what, expected = "no picture can be written there", "a name with one of these endings"
+        raise InputError([Fault("--out", "", what, picture.name, expected, PICTURES)])
+    markers = tuple(described.markers)
+    speed_m_s = float(SwimTwin(described, PUBLISHED_COEFFICIENTS, Twin(described, markers)).swim(1.0).speed[0])
+    mass_kg, tail_kg = build_mjcf(described).compile().body_mass.sum(), described.tail_mass_kg.sum()
+    drawn = BytesIO()
+    planform_figure(described, markers).savefig(drawn, format=picture.suffix[1:].lower(), dpi=DOTS_AN_INCH)
+    write_whole(picture, drawn.getvalue())
+    notes = (
+        f"{described.name}: {mass_kg:.2f} kg, of which the tail has {1000 * tail_kg:.0f} g; {described.length_m:.2f} m "
+        "from nose to fin",
+        f"Its tail rings at {natural_hz(described):.1f} Hz in air, without tendons",
+        f"With the published coefficients it swims at {speed_m_s:.3f} m/s at 1 Hz; a fit finds its own",
+    )
+    return Export((picture,), notes)

@@ -72,7 +72,7 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Pipeline, "effect_test", lambda _, effects: _tested(effects))
     refused = SimpleNamespace(draws=SimpleNamespace(flags=(Flag("not_converged", message="R-hat 1.2 of Magnus lift"),)))
     patch.setattr("fitting.posterior.posterior.sample_posterior", lambda *_: refused)
-    patch.setattr("calib.stages.posterior.mode_of", lambda *_: None)
+    patch.setattr("calib.stages.fit.mode_of", lambda *_: None)
     patch.setattr("calib.policy._train_policy", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()
     motor = Emulator(clock=clock, load_nm=0.3)

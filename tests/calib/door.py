@@ -11,11 +11,9 @@ from typing import Any, NamedTuple
 import jsonschema
 import pytest
 
-from calib import cli
+from calib import cli, pipeline
 from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
-from calib.stages import posterior as posterior_stage
-from calib.stages import report as report_stage
 from fitting import calibration, search
 from fitting.baselines import sweep_frequencies
 from fitting.posterior import prediction, sampling, summary
@@ -77,7 +75,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
-        patch.setattr(report_stage, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
+        patch.setattr(pipeline, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
 
 
 def hurried() -> None:
@@ -143,6 +141,6 @@ def little_posterior(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(sampling, "_ROUNDS", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
-    patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})
+    patch.setattr(fit_stage, "EFFECTIVE", {"quick": 5, "full": 5})
     patch.setattr(summary, "SWEPT", 2)
     patch.setattr(prediction, "DRAWS", 3)

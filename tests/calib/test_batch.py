@@ -18,8 +18,7 @@ import calib as front
 from calib import batch as of_spread
 from calib.batch import run_all
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.fit import FitStage
-from calib.stages.posterior import PosteriorStage
+from calib.stages.fit import FitStage, PosteriorStage
 from swimcal.stage import HOLDER
 from tests.calib.door import Front, assert_reports, hurried, lasting
 from tests.calib.forks import forks

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from calib import pipeline
 from calib import viewer as recording
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.stages import report
 from diagnosis import diagnose as diagnosis
 from diagnosis.refit import RidgeFit
 from diagnosis.result import DIAGNOSIS, EFFECT_TEST
@@ -87,7 +87,7 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, ReportContext] = {}
-    monkeypatch.setattr(report, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
     outcome = calib("diagnose", diagnosed, *QUICK, "--exclude", "scale_error")
     assert outcome.code == 0
     assert "made without scale error" in outcome.out
@@ -127,7 +127,7 @@ def test_report_and_recording_show_what_is_missing(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, object] = {}
-    monkeypatch.setattr(report, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
     monkeypatch.setattr(
         recording, "write_recording", lambda path, trials, _name: (seen.update(trials=trials), path.touch())
     )

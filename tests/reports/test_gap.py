@@ -6,17 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from diagnosis.result import DiagnosisResult
 from reports import gap
 from reports.caveats import gap_caveats
 from reports.first_screen import build_summary
-from reports.gap_figures import gap_waterfall_figure
 from reports.page import render_page
 from reports.report import render_report
-from reports.style import EBT_SMOOTHED, WARN
 from reports.words import shown
 from swimcal.results import to_plain
 from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
@@ -84,7 +80,7 @@ def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verd
 
 def test_every_figure_of_a_named_gap_is_in_the_page(pages: dict[str, Page]) -> None:
     page = pages["named"]
-    wanted = {"fish", "shares", "effects", "waterfall", "held-out", "forces"}
+    wanted = {"fish", "shares", "effects", "held-out", "forces"}
 
     assert {name.removeprefix("gap-") for name in page.ids} >= wanted
     assert len(page.ids) == len(set(page.ids))
@@ -142,13 +138,11 @@ def test_what_takes_from_a_diagnosis_is_said(verdict: str, changes: dict[str, An
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
+def test_a_gap_that_grows_is_said() -> None:
     shrunk = {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
     found = made_diagnosed(gap=shrunk)
 
     assert "What explains the fit trials does not help the held-out ones." in page_of(found).text
-    assert colours_of(gap_waterfall_figure(found)) >= {WARN}
-    assert EBT_SMOOTHED not in colours_of(gap_waterfall_figure(found))
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -177,7 +171,6 @@ def test_without_held_out_swims_it_says_how_to_hold_one_out() -> None:
     bare = page_of(made_diagnosed(held_out=False))
 
     assert 'the role "holdout" in session.toml' in bare.text
-    assert "gap-waterfall" not in bare.ids
     assert "gap-effects" in bare.ids
 
 
@@ -191,7 +184,3 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
     assert "Nothing was added to the twin; this is its gap." in text
     assert "as strong as the refit" not in text
     assert "12.0 →" not in text
-
-
-def colours_of(figure: Figure) -> set[str]:
-    return {to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches}

@@ -91,7 +91,6 @@ def test_flags_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
     "said",
     [
         "merged markers 100 to 139 3.33 to 4.63 tail_3 sits on tail_1: 2 px apart",
-        "merged markers: two markers sit on one spot 1 40 tail_3 and tail_1",
         "Free decay was left out.",
         "session.toml " + "a" * 64,
         "c" * 64,

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.gym import RATIO, measure_gym
 from swimgym.aquarium import FPS, play, swim_together, write_shoal
-from swimgym.environments import make_course
+from swimgym.course import make_course
 from swimgym.swimmers import Swimmers
 from tests.calib.door import Front, front_door
 from tests.swimgym.fish import fish, session_with_fit

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from swimgym import Circle, Rules
-from swimgym.environments import make_course
+from swimgym.course import make_course
 from swimgym.policy import share
 from tests.swimgym.fish import fish
 

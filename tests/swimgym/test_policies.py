@@ -9,10 +9,8 @@ import pytest
 
 from swimcal.errors import InputError, ModelMismatch
 from swimgym import Rules
-from swimgym.course import numbers_of, start_of, steer
-from swimgym.environments import make_course
-from swimgym.policy import Policy, card_of, features, load_policy, reach, swim
-from swimgym.search import SearchPlan, search
+from swimgym.course import make_course, numbers_of, start_of, steer
+from swimgym.policy import Policy, SearchPlan, card_of, features, load_policy, reach, search, swim
 from tests.swimgym.fish import fish
 
 LAW = np.array([0.228, 0.996, 6.722, 0.459, -0.028, 0.246, 0.314, 0.092, -0.201, -0.379, -0.146, 0.029, -0.451])
@@ -63,7 +61,7 @@ def test_a_saved_policy_does_the_same(kind: str, tmp_path: Path) -> None:
 
 
 def test_a_policy_needs_no_torch() -> None:
-    code = "import sys; import swimgym.policy, swimgym.search; print('torch' in sys.modules)"
+    code = "import sys; import swimgym.policy; print('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"
 
 

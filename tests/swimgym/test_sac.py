@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swimgym.environments import make_course
+from swimgym.course import make_course
 from swimgym.policy import features, load_policy
 from tests.swimgym.fish import fish
 
