@@ -16,11 +16,11 @@ import xarray as xr
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_code import CodeDelay, TailMotion, code_delay, search, tail_motion
-from swimcal.crank import CrankTurn
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.motor_log import MotorCommands, MotorLog, load_commands, load_motor
 from swimcal.robot import RobotSpec
+from swimcal.runs import CrankTurn
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 

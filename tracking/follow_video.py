@@ -28,8 +28,8 @@ from swimcal.tracks import as_tracks
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
-from tracking.doubtful_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.edits import Retracker, SetBox
+from tracking.find_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting

@@ -9,8 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import Appearance, measure_appearance
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import FAINTER, MISSED, Spacing, assemble_markers
-from tracking.motion import Motion, Prediction
+from tracking.identities import FAINTER, MISSED, Motion, Prediction, Spacing, assemble_markers
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)

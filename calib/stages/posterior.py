@@ -16,9 +16,8 @@ from threadpoolctl import threadpool_limits
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting.calibration import Calibration
-from fitting.mode import Mode, mode_at
-from fitting.progress import part_of
-from fitting.session_model import SessionModel
+from fitting.mode import Mode, SessionModel, mode_at
+from fitting.search import part_of
 from fitting.structure import uncertainties_of
 from fitting.trial import MeasuredTrial
 from swimcal.errors import NotConverged

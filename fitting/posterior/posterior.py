@@ -19,9 +19,8 @@ from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.features import SPEED, marker_part
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
-from fitting.posterior.quiet_arviz import arviz
-from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
-from fitting.progress import Progress, part_of
+from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, arviz, fit_surrogate, sample
+from fitting.search import Progress, part_of
 from fitting.trial import HARMONICS
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
