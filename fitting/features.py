@@ -72,7 +72,8 @@ class FeatureReader:
         usable = (trial.weight[trial.kept] > 0) & np.isfinite(trial.position_m[trial.kept]).all(axis=-1)
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         read = cls(time_s, turn_rad, usable, nose, neck)
-        if not read.can_read:
+        head_seen = read._head_seen[:, None]
+        if not (determined(read._columns, head_seen)[0] and read._determined[[nose, neck]].all()):
             raise NotEnoughData(
                 f"trial {trial.name}: nose and neck are seen together in {int(read._head_seen.sum())} of "
                 f"{len(time_s)} frames, which do not tell its heading; see the flags of these two markers"
@@ -109,12 +110,6 @@ class FeatureReader:
         return place, path, np.gradient(path, self.time_s, axis=-1, edge_order=2) + 1j * turning * path, turning
 
     @property
-    def can_read(self) -> bool:
-        """Return whether the frames that show nose and neck determine heading and path."""
-        head = self._head_seen[:, None]
-        return bool(determined(self._columns, head)[0]) and bool(self._determined[[self.nose, self.neck]].all())
-
-    @property
     def _determined(self) -> np.ndarray:
         """Return whether each marker's samples determine its mean, harmonics and drift, (m,)."""
         return determined(self._columns, self.usable)
@@ -142,12 +137,8 @@ class FeatureReader:
 
     def _drift(self, degree: int) -> np.ndarray:
         """Return the powers of scaled time (n, degree + 1)."""
-        return np.column_stack([self._scaled**k for k in range(degree + 1)])
-
-    @cached_property
-    def _scaled(self) -> np.ndarray:
-        """Time scaled from -1 to 1, (n,)."""
-        return 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
+        scaled = 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
+        return np.column_stack([scaled**k for k in range(degree + 1)])
 
     @cached_property
     def waves(self) -> np.ndarray:
@@ -297,10 +288,8 @@ def advance_phase(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
         features: (..., k).
         phase_rad: (...,) rad.
     """
-    turned = (
-        harmonics_of(features)
-        * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
-    )
+    angles = np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1))
+    turned = harmonics_of(features) * np.exp(1j * angles)[..., None, None, :]
     result, beats = np.array(features), np.array(marker_part(features))
     beats[..., 1::2], beats[..., 2::2] = turned.real, -turned.imag
     result[..., marker_slice(features.shape[-1])] = beats.reshape(*features.shape[:-1], -1)

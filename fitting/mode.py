@@ -196,9 +196,7 @@ class SessionModel:
         sensitivities = sensitivities_together(self.trials, coefficients)
         own = block_diag(*[each.own for each in sensitivities])
         boxes = block_diag(*[each.boxes for each in sensitivities])
-        markers, robot = (
-            np.vstack(each) for each in zip(*[(each.markers, each.robot) for each in sensitivities], strict=True)
-        )
+        markers, robot = (np.vstack([getattr(e, name) for e in sensitivities]) for name in ("markers", "robot"))
         return NuisanceModel(self.noise if noise is None else noise, own, boxes, markers, robot)
 
 

@@ -98,9 +98,8 @@ def across_markers(
     common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
     clean = np.where(usable[..., None], series, 0.0)
     residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
-    seen = np.array(
-        [np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts]
-    )  # (p, m, m)
+    across = (np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts)
+    seen = np.array(list(across))  # (p, m, m)
     information = np.moveaxis(common, (0, 1), (-2, -1))  # (m, m, p, p)
     # One more sample, of independent markers, gives a pair that is never seen together an inverse.
     inverse = np.linalg.inv(information + np.eye(len(parts)))

@@ -82,7 +82,9 @@ def find_mode(
         SimulationDiverged: the twin diverged from every start.
     """
     tell("looking for starts of the search", 0.0)
-    points = _screen(seed)
+    # Points all over the box, even in the roots; the published coefficients come first.
+    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
+    points = np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
     promising, blocks = _choose_promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
     racing, before, done, expected = descents, 0, 0, _expected_steps(len(descents), starts)
@@ -254,17 +256,8 @@ class _Descent:
     def mode(self) -> Mode:
         """Mode at the present point."""
         end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
-        return Mode(
-            self.model,
-            self._at,
-            self._sizes,
-            self._covariance,
-            self._blocks,
-            self._residual,
-            self._jacobian,
-            (end,),
-            self.simulated,
-        )
+        look = self._covariance, self._blocks, self._residual, self._jacobian
+        return Mode(self.model, self._at, self._sizes, *look, (end,), self.simulated)
 
     def _start_roll(self, total: np.ndarray) -> None:
         """Begin with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
@@ -365,12 +358,6 @@ def _is_finite(block: Block) -> bool:
 
 def _rank(descent: _Descent) -> tuple[bool, float]:
     return not descent.forward, -descent.log_density
-
-
-def _screen(seed: int) -> np.ndarray:
-    """Return screening points (s, 5) over the box, even in the roots; the published coefficients first."""
-    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
-    return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
 
 
 def _choose_promising(

@@ -117,11 +117,6 @@ def structure_of(robot: RobotSpec) -> StructureTruth:
     )
 
 
-def write_truth(folder: Path, truth: Truth) -> None:
-    """Write `truth.json` into a session folder."""
-    write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
-
-
 def read_truth(folder: Path) -> Truth:
     """Read the `truth.json` of a synthetic session."""
     return Truth.model_validate_json((folder / TRUTH_FILE).read_bytes())
@@ -283,7 +278,7 @@ def make_session(
             free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},
         )
         _write_description(part, plan, recorder.recordings)
-        write_truth(part, truth)
+        write_whole(part / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
         load_session(part)
     return folder
 

@@ -165,7 +165,7 @@ def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> Inp
     return InputError([Fault(file, f"frame {frame}", what, found, expected, next_step=step)])
 
 
-# The preview.
+# The page to click.
 
 
 @dataclass(frozen=True, eq=False)

@@ -173,9 +173,8 @@ class _Pass:
             since = earlier.number
             self._add(earlier.number, sighting)
             height, width = earlier.luma.shape
-            inside = ((sighting.position_px >= 0) & (sighting.position_px < [width, height])).all(
-                axis=1
-            ) | sighting.seen
+            place = sighting.position_px
+            inside = ((place >= 0) & (place < [width, height])).all(axis=1) | sighting.seen
             gone = 0 if inside.any() and sighting.seen[inside].mean() > _IN_VIEW else gone + 1
             if gone == _GONE_FOR:
                 self._samples[earlier.number : earlier.number + gone] = NO_SAMPLE

@@ -312,10 +312,8 @@ def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
     widths = {len(row.cells) for row in table.rows}
     if len(widths) == 1 and widths != {2 * len(markers)}:
         step = "Give the file a header: time_s,nose_x,nose_y,…"
-        found, wanted = (
-            f"{widths.pop()} in every row",
-            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
-        )
+        found = f"{widths.pop()} in every row"
+        wanted = f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}"
         faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
         faults.raise_if_any()
     columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")

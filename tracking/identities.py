@@ -90,7 +90,9 @@ class Motion:
 
     def predict(self, diameter_px: np.ndarray, frames: float = 1.0) -> Prediction:
         """Predict where to look after so many frames; the gate grows with the errors and while a marker is unseen."""
-        weights = _extrapolated(self.times, frames, self._beat_rad)
+        angles = self._beat_rad * self.times, self._beat_rad * frames
+        past, then = (np.array([np.ones_like(t), np.cos(t), np.sin(t)]) for t in angles)
+        weights = np.linalg.solve(past, then)  # (3,) of the constant and sine through three places
         steady = (weights @ self.past.reshape(_MEMORY, -1)).reshape(-1, 2)
         position = np.where((self.seen >= _MEMORY)[:, None], steady, self.past[0])
         velocity = (self.past[0] - self.past[1]) * frames / (self.times[0] - self.times[1])
@@ -162,12 +164,6 @@ def _carried(point: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.nda
     cos, sin = np.cos(turn), np.sin(turn)
     relative = point - before[0]
     return after[0] + np.array([cos * relative[0] - sin * relative[1], sin * relative[0] + cos * relative[1]])
-
-
-def _extrapolated(times: np.ndarray, ahead: float, beat_rad: float) -> np.ndarray:
-    """Return (3,) weights of the values at three times, for the constant and sine through them at a later time."""
-    past, then = (np.array([np.ones_like(t), np.cos(t), np.sin(t)]) for t in (beat_rad * times, beat_rad * ahead))
-    return np.linalg.solve(past, then)
 
 
 @dataclass(eq=False)

@@ -100,7 +100,9 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
     fit, used = _without_outliers(found, good, size)
     for n in set(good) - set(used):
         reasons[n] = "its corners do not fit the lens of the other pictures: blurred, moved, or the board was bent"
-    calibration = _as_camera(fit, *size)
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = fit.bundle.lens.tolist()
+    pinhole = {"width_px": size[0], "height_px": size[1], "fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
+    calibration = CameraCalibration(**pinhole, distortion=(k1, k2, p1, p2, k3))
     sd = lens_uncertainty(fit, calibration)
     return LensCalibration(
         calibration=calibration,
@@ -150,12 +152,6 @@ def _without_outliers(found: Sequence[Corners], good: list[int], size: tuple[int
             break
         used, fit = without[best], fits[best]
     return fit, used
-
-
-def _as_camera(fit: LensFit, width_px: int, height_px: int) -> CameraCalibration:
-    fx, fy, cx, cy, k1, k2, p1, p2, k3 = fit.bundle.lens.tolist()
-    pinhole = {"fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
-    return CameraCalibration(width_px=width_px, height_px=height_px, **pinhole, distortion=(k1, k2, p1, p2, k3))
 
 
 def lens_flags(

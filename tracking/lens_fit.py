@@ -11,7 +11,6 @@ pose can mimic is not information; the rest, over all views, gives the reduced n
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -101,15 +100,8 @@ class Bundle:
         return cv2.projectPoints(seen.place_m, pose[:3], pose[3:], self.matrix, self.lens[4:])
 
 
-class NormalEquations(NamedTuple):
-    """Normal equations of the free lens numbers, with every pose at its best: matrix (p, p) and gradient (p,)."""
-
-    matrix: np.ndarray
-    gradient: np.ndarray
-
-
-def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
-    """Return the reduced normal equations.
+def normal_equations(bundle: Bundle, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the reduced normal equations, with every pose at its best: matrix (p, p) and gradient (p,).
 
     Args:
         bundle: the lens, the poses and the corners.
@@ -121,7 +113,7 @@ def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
         own = lens - basis @ (basis.T @ lens)
         matrix += own.T @ own
         gradient += own.T @ residual.ravel()
-    return NormalEquations(matrix, gradient)
+    return matrix, gradient
 
 
 def refine_bundle(bundle: Bundle, free: np.ndarray) -> Bundle:
@@ -152,8 +144,8 @@ def inverse(normal: np.ndarray) -> np.ndarray:
 
 
 def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
-    normal = normal_equations(bundle, free)
-    change = inverse(normal.matrix + damping * np.diag(np.diag(normal.matrix))) @ normal.gradient  # (p,)
+    matrix, gradient = normal_equations(bundle, free)
+    change = inverse(matrix + damping * np.diag(np.diag(matrix))) @ gradient  # (p,)
     lens, poses = bundle.lens.copy(), bundle.poses.copy()
     lens[free] += change
     for n, (pose, own) in enumerate(bundle.jacobians(free)):
@@ -277,7 +269,7 @@ def lens_covariance(fit: LensFit) -> np.ndarray:
     """Return the (9, 9) covariance of fx, fy, cx, cy, k1, k2, p1, p2, k3; zero for what was not fitted."""
     variance = fit.bundle.sum_of_squares / max(fit.bundle.measurements - fit.parameters, 1)  # px^2, an axis
     covariance = np.zeros((9, 9))
-    covariance[np.ix_(fit.free, fit.free)] = variance * inverse(normal_equations(fit.bundle, fit.free).matrix)
+    covariance[np.ix_(fit.free, fit.free)] = variance * inverse(normal_equations(fit.bundle, fit.free)[0])
     return covariance
 
 

@@ -161,9 +161,10 @@ def _flags(posterior: Posterior) -> list[Flag]:
         )
         flags.append(Flag("model_discrepancy", message=message))
     elif posterior.misfit_p < MISFIT_P:
+        p_value = "< 0.001" if posterior.misfit_p < 0.001 else f"= {posterior.misfit_p:.2g}"
         message = (
             "noise and known uncertainties do not explain how far the measured swims are from the twin "
-            f"(p {_round_p(posterior.misfit_p)}): something that the twin lacks moves them, and coefficients may be "
+            f"(p {p_value}): something that the twin lacks moves them, and coefficients may be "
             "off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
@@ -188,10 +189,6 @@ def _flags(posterior: Posterior) -> list[Flag]:
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags
-
-
-def _round_p(p_value: float) -> str:
-    return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
 # The draws on disk.

@@ -151,16 +151,13 @@ def sample(
     while True:
         state = ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
         draws = _judge(ensemble, effective)
-        tell(_describe(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
+        message = (
+            f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
+            f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
+        )
+        tell(message, min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
         if not draws.flags or ensemble.iteration >= _LONGEST:
             return draws
-
-
-def _describe(draws: Draws) -> str:
-    return (
-        f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
-        f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
-    )
 
 
 def _judge(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
