@@ -141,14 +141,9 @@ class FeatureReader:
         return np.column_stack([scaled**k for k in range(degree + 1)])
 
     @cached_property
-    def waves(self) -> np.ndarray:
-        """Cosine and sine of each harmonic, (n, 6)."""
-        return waves(self.turn_rad, HARMONICS)
-
-    @cached_property
     def _beats(self) -> np.ndarray:
         """Readers (m, 8, n) of each marker's mean, harmonics and pace, fitted with a small error of the trend."""
-        means = np.column_stack([np.ones(len(self.time_s)), self.waves])
+        means = np.column_stack([np.ones(len(self.time_s)), waves(self.turn_rad, HARMONICS)])
         trends = self._drift(self.degrees[1])[:, 1:]
         trends = trends - trends.mean(axis=0)
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
@@ -171,31 +166,23 @@ class FeatureReader:
         return seen / seen.sum()
 
     @cached_property
-    def speed_reader(self) -> np.ndarray:
-        """Derivative of the mean speed by a shift of each sample along the fish, (m, n), 1/s."""
-        rates = np.gradient(self._drift(self.degrees[0]), self.time_s, axis=0, edge_order=2).mean(axis=0)
-        return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
-
-    @cached_property
-    def _path_reader(self) -> np.ndarray:
-        """Derivative of the path's pace, as read off a marker, by a shift of each sample, (m, n), 1/s."""
-        paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ self._drift(self.degrees[0]))
-        return self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
-
-    @cached_property
     def readers(self) -> np.ndarray:
         """Derivatives (m, r, n) by a shift of each sample, along or across.
 
         They are those of the speed that way, of turning and of the beats. Where the course is read, the pace of the
         path comes before the beats, and that of the marker after them.
         """
-        pieces = [self.speed_reader[:, None]]
+        drift = self._drift(self.degrees[0])
+        rates = np.gradient(drift, self.time_s, axis=0, edge_order=2).mean(axis=0)
+        pieces = [(self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers))[:, None]]
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
             columns, read = self._trend
             rate = np.gradient(columns, self.time_s, axis=0, edge_order=2).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
-            pieces += [turning, self._path_reader[:, None], self._beats]
+            paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ drift)  # of the path, as read off a marker
+            path = self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
+            pieces += [turning, path[:, None], self._beats]
         else:
             pieces.append(self._beats[:, :OF_A_MARKER])
         return np.concatenate(pieces, axis=1)

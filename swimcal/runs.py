@@ -13,8 +13,8 @@ import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from typing import Protocol, Self
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Protocol, Self
 
 import mujoco
 import numpy as np
@@ -150,15 +150,7 @@ class Runs:
 
     def part(self, rows: np.ndarray) -> Self:
         """Return some of the runs, by their numbers (r,)."""
-        return replace(
-            self,
-            coefficients=self.coefficients[rows],
-            frequency_hz=self.frequency_hz[rows],
-            phase_rad=self.phase_rad[rows],
-            velocity=None if self.velocity is None else self.velocity[rows],
-            fields={name: values[rows] for name, values in self.fields.items()},
-            turns=None if self.turns is None else tuple(self.turns[row] for row in rows),
-        )
+        return replace(self, **{each.name: _rows(getattr(self, each.name), rows) for each in fields(self)})
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
@@ -212,6 +204,13 @@ class Runs:
                     known[id(turn)] = np.diff(turn.angle(np.arange(steps + 1) * timestep_s)) / timestep_s
                 speeds[row] = known[id(turn)]
         return speeds[..., None]
+
+
+def _rows(values: Any, rows: np.ndarray) -> Any:
+    """Return some rows of an array, of all arrays of a mapping, or of a tuple; None stays None."""
+    if isinstance(values, Mapping):
+        return {name: each[rows] for name, each in values.items()}
+    return tuple(values[row] for row in rows) if isinstance(values, tuple) else None if values is None else values[rows]
 
 
 @dataclass(frozen=True, eq=False)

@@ -378,10 +378,12 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     """
     seen = seen_in(tracked)
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
+    size = pd.DataFrame(tracked["size"].values)
+    off = (size / size.median() - 1).abs().fillna(0.0)
     suspicions = {
         "lost_marker": (~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
         "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
-        "size": (_wrong_size(tracked), 1, "appears in another size"),
+        "size": (median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF, 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
@@ -392,12 +394,6 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     flags += exchange_flags(tracked, layout)
     flags += _few_frames(tracked)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
-
-
-def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
-    size = pd.DataFrame(tracked["size"].values)
-    off = (size / size.median() - 1).abs().fillna(0.0)
-    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
 def _few_frames(tracked: xr.Dataset) -> list[Flag]:
