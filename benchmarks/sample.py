@@ -26,10 +26,10 @@ from benchmarks.reality.mechanisms.fluid import BackgroundCurrent
 from benchmarks.reality.tendons import Turn
 from benchmarks.video.filmed import SessionVideo
 from fitting.pool import forward_speed
-from swimcal.crank import CrankTurn
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
 from swimcal.results import sha256_of, write_whole
 from swimcal.robot import load_robot
+from swimcal.runs import CrankTurn
 from swimcal.session import load_session
 from swimsynth.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan, trial_name
 from swimsynth.session import motor_file, save_packed_tracks

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fitting.features import marker_part
-from fitting.session_model import NuisanceModel, PlacementUncertainty
+from fitting.mode import NuisanceModel, PlacementUncertainty
 from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assumed, perturbed_twins
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin

@@ -30,7 +30,6 @@ from diagnosis.linear_model import LinearModel
 from diagnosis.places import LocalDiscrepancy
 from fitting.signatures import Signature
 
-
 USUAL = Priors()
 
 

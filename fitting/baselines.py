@@ -38,11 +38,6 @@ class Slope(NamedTuple):
     value: float
     interval: tuple[float, float] | None
 
-    @property
-    def differs_from_zero(self) -> bool:
-        """Return whether the interval leaves out 0."""
-        return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
-
 
 @dataclass(frozen=True)
 class SpeedLaw:
@@ -61,7 +56,8 @@ class SpeedLaw:
         """Sentence on the twin's law of the speed."""
         if self.residual is None or self.residual.interval is None:
             return "Fewer than three trials swim forward: they say nothing of the law of the speed."
-        if not self.residual.differs_from_zero:
+        low, high = self.residual.interval
+        if low <= 0 <= high:
             return "The twin's speed grows with the frequency as the measured one, within the scatter of the trials."
         if self.residual.value > 0:
             return (

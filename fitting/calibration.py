@@ -29,8 +29,8 @@ from fitting.left_out import (
     left_out_flags,
 )
 from fitting.phase import Scores, fit_phase, forecast, score
-from fitting.progress import Progress, part_of
 from fitting.published import PublishedFit, Swims, published_search
+from fitting.search import Progress, part_of
 from fitting.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.structure import Structure, uncertainties_of
 from fitting.trial import MeasuredTrial
@@ -325,7 +325,10 @@ def compare_trials(
             if trial.role == "fit":
                 raise
             lost[trial.name] = divergence_reason(trial.start_frequency.hz)
-    return _flag_suspicious(compared), lost
+    errors_m = [trial.scores.marker_error_m for trial in compared]
+    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(compared))]
+    flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(compared, others, strict=True)]
+    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(compared, flags, strict=True)), lost
 
 
 def compare_trial(
@@ -374,14 +377,6 @@ def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
 def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
     if not any(trial.role == "fit" for trial in trials):
         raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
-
-
-def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
-    """Flag each trial whose own twin is far from it."""
-    errors_m = [trial.scores.marker_error_m for trial in trials]
-    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
-    flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
-    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
 
 
 def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:

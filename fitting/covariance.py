@@ -154,6 +154,8 @@ class Covariance:
         waves = _wave_roots(blocks)
         of_course = [_unit_columns(length, places) for places in _course_places(length)]
         noise = block_diag(*[block.noise for block in blocks])
+        ln_hz = np.log([block.model.trial.frequency.hz for block in blocks])
+        nearness = np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2)  # (b, b)
         count = len(blocks)
         units = {
             "box_placement": own([np.delete(each.boxes, head, axis=1) for each in sensitivities]),
@@ -162,7 +164,7 @@ class Covariance:
             "turning": own([of_course[1]] * count),
             "marker_drift": own([of_course[2]] * count),
             "marker_placement": common([np.delete(each.markers, head, axis=1) for each in sensitivities]),
-            "wave_common": common(waves) * np.kron(_nearness(blocks), np.ones((length, length))),
+            "wave_common": common(waves) * np.kron(nearness, np.ones((length, length))),
             "wave_own": own(waves),
             "speed_common": common(_lines(blocks, fitted or blocks)),
             "speed_own": own([block.features[SPEED] * _unit_columns(length, [SPEED]) for block in blocks]),
@@ -310,12 +312,6 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
     return [advance_phase(root.T, np.full(root.shape[1], phase)).T for phase in phases]
-
-
-def _nearness(blocks: Sequence[Block]) -> np.ndarray:
-    """Return the correlation (b, b) of the common discrepancy of the wave between blocks."""
-    ln_hz = np.log([block.model.trial.frequency.hz for block in blocks])
-    return np.asarray(np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2))
 
 
 def _lines(blocks: Sequence[Block], fitted: Sequence[Block]) -> list[np.ndarray]:

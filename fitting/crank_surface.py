@@ -143,18 +143,6 @@ def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, worke
     return ErrorSurface(own.arm_m, hz, 2 * np.pi * np.arange(grid.phases) / grid.phases, distance)
 
 
-def published_distance(trial: DryTrial, model_m: np.ndarray) -> float:
-    """Return the mean distance to a model over the trusted samples of the scored 4 s, m.
-
-    Args:
-        trial: the dry run, n frames.
-        model_m: (n, m) markers of the model in the head frame, m.
-    """
-    weight = trial.head_weight[trial.scored]
-    distance = np.abs(np.where(weight > 0, trial.head_m[trial.scored] - model_m[trial.scored], 0.0))
-    return float((weight * distance).sum() / weight.sum())
-
-
 def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
     """Return model markers (..., m) relative to the nose; the clamped head already points along -x."""
     nose = markers.index("nose")
@@ -180,6 +168,8 @@ def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) 
 def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
     """Return the published distance at a point between those of the grid, m.
 
+    It is the mean over the trusted samples of the scored 4 s.
+
     Args:
         trial: the dry run.
         response: the simulated motion of the trial's markers.
@@ -189,7 +179,9 @@ def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float,
     """
     turn = response.turn(arm_m, hz, response.branch_at(arm_m))
     model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
-    return published_distance(trial, model)
+    weight = trial.head_weight[trial.scored]
+    distance = np.abs(np.where(weight > 0, trial.head_m[trial.scored] - model[trial.scored], 0.0))
+    return float((weight * distance).sum() / weight.sum())
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,7 +140,9 @@ def measure_dry_run(
     motor = None if motor is None else motor.against(frequency, tracks.time.values[kept])
     even_s = time_s
     if motor is not None and motor.usable:
-        even_s = _even(since_s, motor.turn.angle(tracks.time.values))[kept]
+        crank_rad = motor.turn.angle(tracks.time.values)
+        slope, start = np.polyfit(since_s, crank_rad, 1)
+        even_s = ((crank_rad - start) / slope)[kept]
     of_frames = (*quality.flags, *frequency.flags, *_moving_head(position_m[kept], markers_of(tracks)))
     trial = DryTrial(
         name=spec.name,
@@ -160,12 +162,6 @@ def measure_dry_run(
     if not trial.head_weight[trial.scored].any():
         raise NotEnoughData(f"trial {spec.name}: nose and neck are never both trusted in the first {SCORED_S:g} s")
     return trial
-
-
-def _even(time_s: np.ndarray, crank_rad: np.ndarray) -> np.ndarray:
-    """Return the times (n,) at which an even turn of the same mean speed would reach each angle."""
-    slope, start = np.polyfit(time_s, crank_rad, 1)
-    return (crank_rad - start) / slope
 
 
 def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag, ...]:
@@ -295,7 +291,9 @@ def simulate_response(
     Raises:
         NotEnoughData: fewer than four neighbouring arms have a bounded and smooth motion.
     """
-    hz = _nodes(*range_hz)
+    low, high = range_hz
+    nodes = -np.cos(np.pi * (np.arange(_SPEEDS) + 0.5) / _SPEEDS)
+    hz = (low + high) / 2 + (high - low) / 2 * nodes / nodes[-1]  # the outermost are the ends of the range
     arms, turns = [], []
     for arm in arm_m:
         try:
@@ -349,12 +347,6 @@ def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -
     return Turn(CubicSpline(time_s, marker_m)(at), lead)
 
 
-def _nodes(low: float, high: float) -> np.ndarray:
-    """Return the Chebyshev nodes (s,), the outermost of which are the ends of the range."""
-    nodes = -np.cos(np.pi * (np.arange(_SPEEDS) + 0.5) / _SPEEDS)
-    return (low + high) / 2 + (high - low) / 2 * nodes / nodes[-1]
-
-
 def _periodic(table: np.ndarray) -> CubicSpline:
     """Interpolate a table (angles, ...) of one turn periodically."""
     angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
@@ -391,9 +383,8 @@ def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[Tend
     twin = Twin(robot, ("nose",), replace(DRY, timestep_s=TIMESTEP_S), workers)
     time_s = (1.0 + np.arange(_TENDON_ANGLES) / _TENDON_ANGLES) / hz[:, None]
     run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
-    states = np.concatenate(
-        [run.crank_rad[..., None], run.hinges_rad], axis=-1
-    )  # (s, angles, q): a clamped head has none
+    # (s, angles, q): a clamped head has no joints
+    states = np.concatenate([run.crank_rad[..., None], run.hinges_rad], axis=-1)
     longer = [_elongation(twin.model, turn) for turn in states]
     return tuple(TendonUse(float(e.max()), float(-e.min()), float((e < -SLACK).mean())) for e in longer)
 

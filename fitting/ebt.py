@@ -294,7 +294,10 @@ def tip_motion(swim: TailSwim) -> TipMotion:
     used = swim.used & (swim.weight > 0).all(axis=1) & np.isfinite(swim.pool_m).all(axis=(1, 2))
     if not used.any():
         return TipMotion(*np.full((3, 1), np.nan))
-    trend = _heading_trend(swim)
+    columns = design(swim.time_s, swim.frequency_hz, harmonics=2)
+    weight = (swim.used & np.isfinite(swim.heading_rad)).astype(float)[:, None]
+    # The heading less its beat (n,) is a straight line through the whole beats.
+    trend = columns[:, :2] @ weighted_fit(columns, swim.heading_rad[:, None], weight)[:2, 0]
     forward = -np.stack([np.cos(trend), np.sin(trend)], axis=1)  # (n, 2), against nose -> neck
     aside = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
     velocity = _smooth(swim.pool_m, swim.time_s, 1)[:, 1]
@@ -303,13 +306,6 @@ def tip_motion(swim: TailSwim) -> TipMotion:
     ahead, lateral = (velocity * forward).sum(axis=1)[used], (velocity * aside).sum(axis=1)[used]
     angle = np.arctan2((tangent * aside).sum(axis=1), (tangent * forward).sum(axis=1))[used]
     return TipMotion(ahead - ahead.mean(), lateral - lateral.mean(), angle - angle.mean())
-
-
-def _heading_trend(swim: TailSwim) -> np.ndarray:
-    """Return the heading less its beat (n,): a straight line through the whole beats."""
-    columns = design(swim.time_s, swim.frequency_hz, harmonics=2)
-    weight = (swim.used & np.isfinite(swim.heading_rad)).astype(float)[:, None]
-    return columns[:, :2] @ weighted_fit(columns, swim.heading_rad[:, None], weight)[:2, 0]
 
 
 def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:

@@ -72,7 +72,8 @@ class FeatureReader:
         usable = (trial.weight[trial.kept] > 0) & np.isfinite(trial.position_m[trial.kept]).all(axis=-1)
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         read = cls(time_s, turn_rad, usable, nose, neck)
-        if not read.can_read:
+        head_seen = read._head_seen[:, None]
+        if not (determined(read._columns, head_seen)[0] and read._determined[[nose, neck]].all()):
             raise NotEnoughData(
                 f"trial {trial.name}: nose and neck are seen together in {int(read._head_seen.sum())} of "
                 f"{len(time_s)} frames, which do not tell its heading; see the flags of these two markers"
@@ -109,12 +110,6 @@ class FeatureReader:
         return place, path, np.gradient(path, self.time_s, axis=-1, edge_order=2) + 1j * turning * path, turning
 
     @property
-    def can_read(self) -> bool:
-        """Return whether the frames that show nose and neck determine heading and path."""
-        head = self._head_seen[:, None]
-        return bool(determined(self._columns, head)[0]) and bool(self._determined[[self.nose, self.neck]].all())
-
-    @property
     def _determined(self) -> np.ndarray:
         """Return whether each marker's samples determine its mean, harmonics and drift, (m,)."""
         return determined(self._columns, self.usable)
@@ -142,22 +137,13 @@ class FeatureReader:
 
     def _drift(self, degree: int) -> np.ndarray:
         """Return the powers of scaled time (n, degree + 1)."""
-        return np.column_stack([self._scaled**k for k in range(degree + 1)])
-
-    @cached_property
-    def _scaled(self) -> np.ndarray:
-        """Time scaled from -1 to 1, (n,)."""
-        return 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
-
-    @cached_property
-    def waves(self) -> np.ndarray:
-        """Cosine and sine of each harmonic, (n, 6)."""
-        return waves(self.turn_rad, HARMONICS)
+        scaled = 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
+        return np.column_stack([scaled**k for k in range(degree + 1)])
 
     @cached_property
     def _beats(self) -> np.ndarray:
         """Readers (m, 8, n) of each marker's mean, harmonics and pace, fitted with a small error of the trend."""
-        means = np.column_stack([np.ones(len(self.time_s)), self.waves])
+        means = np.column_stack([np.ones(len(self.time_s)), waves(self.turn_rad, HARMONICS)])
         trends = self._drift(self.degrees[1])[:, 1:]
         trends = trends - trends.mean(axis=0)
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
@@ -180,31 +166,23 @@ class FeatureReader:
         return seen / seen.sum()
 
     @cached_property
-    def speed_reader(self) -> np.ndarray:
-        """Derivative of the mean speed by a shift of each sample along the fish, (m, n), 1/s."""
-        rates = np.gradient(self._drift(self.degrees[0]), self.time_s, axis=0, edge_order=2).mean(axis=0)
-        return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
-
-    @cached_property
-    def _path_reader(self) -> np.ndarray:
-        """Derivative of the path's pace, as read off a marker, by a shift of each sample, (m, n), 1/s."""
-        paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ self._drift(self.degrees[0]))
-        return self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
-
-    @cached_property
     def readers(self) -> np.ndarray:
         """Derivatives (m, r, n) by a shift of each sample, along or across.
 
         They are those of the speed that way, of turning and of the beats. Where the course is read, the pace of the
         path comes before the beats, and that of the marker after them.
         """
-        pieces = [self.speed_reader[:, None]]
+        drift = self._drift(self.degrees[0])
+        rates = np.gradient(drift, self.time_s, axis=0, edge_order=2).mean(axis=0)
+        pieces = [(self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers))[:, None]]
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
             columns, read = self._trend
             rate = np.gradient(columns, self.time_s, axis=0, edge_order=2).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
-            pieces += [turning, self._path_reader[:, None], self._beats]
+            paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ drift)  # of the path, as read off a marker
+            path = self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
+            pieces += [turning, path[:, None], self._beats]
         else:
             pieces.append(self._beats[:, :OF_A_MARKER])
         return np.concatenate(pieces, axis=1)
@@ -297,10 +275,8 @@ def advance_phase(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
         features: (..., k).
         phase_rad: (...,) rad.
     """
-    turned = (
-        harmonics_of(features)
-        * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
-    )
+    angles = np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1))
+    turned = harmonics_of(features) * np.exp(1j * angles)[..., None, None, :]
     result, beats = np.array(features), np.array(marker_part(features))
     beats[..., 1::2], beats[..., 2::2] = turned.real, -turned.imag
     result[..., marker_slice(features.shape[-1])] = beats.reshape(*features.shape[:-1], -1)

@@ -237,7 +237,8 @@ def measure_decay_trial(name: str, tracks: xr.Dataset, camera: CameraSpec, robot
             f"{time_s[release.first]:.2f} s; at least {FEWEST_FRAMES} are needed. Record until the tail is at rest"
         )
     seen_m = np.where(weight[kept, :, None] > 0, position_m[kept], np.nan)
-    clamp = clamp_flags(seen_m, markers_of(tracks), tail[-1], _reach(robot, markers_of(tracks)[tail[-1]]))
+    nose, neck, far = robot.marker_positions_m(("nose", "neck", markers_of(tracks)[tail[-1]]))[:, 0]
+    clamp = clamp_flags(seen_m, markers_of(tracks), tail[-1], float((far - nose) / (neck - nose)))
     return DecayTrial(
         name=name,
         markers=tuple(markers_of(tracks)[i] for i in tail),
@@ -267,12 +268,6 @@ def _in_robot_frame(
         still[:, head] = np.median(position_m[trusted, head], axis=0)
     turned = to_head_frame(np.concatenate([position_m, still[:, [nose, neck]]], axis=1), -2, -1).shape_m[:, :-2]
     return turned + robot.marker_positions_m(("nose",))[0, :2]
-
-
-def _reach(robot: RobotSpec, marker: str) -> float:
-    """Return the distance from the nose to a marker, in lengths from nose to neck."""
-    nose, neck, far = robot.marker_positions_m(("nose", "neck", marker))[:, 0]
-    return float((far - nose) / (neck - nose))
 
 
 def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:

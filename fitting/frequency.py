@@ -194,7 +194,10 @@ def estimate_frequency(
         raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
     seen = weight > 0
     cos, sin = coefficients[2:4, np.flatnonzero(seen.any(axis=0))[-1]]
-    explained = _explained_share(lateral_m, residual, weight)
+    values = np.nan_to_num(lateral_m)
+    mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
+    total = float((weight * (values - mean) ** 2).sum())
+    explained = max(1.0 - float((weight * residual**2).sum()) / total, 0.0) if total > 0 else 0.0
     return SwimFrequency(
         hz=hz,
         se_hz=_standard_error(time_s, residual, coefficients, weight, hz),
@@ -267,20 +270,14 @@ def _power(
 
 def _refine(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, start: float) -> float:
     reach = min(0.5 / float(np.ptp(time_s)), 0.3 * start)
-    found = minimize_scalar(
-        _misfit,
-        bounds=(start - reach, start + reach),
-        args=(time_s, lateral_m, weight, HARMONICS),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
-    return float(found.x)
 
+    def misfit(hz: float) -> float:
+        columns = design(time_s, hz, HARMONICS)
+        residual = np.nan_to_num(lateral_m) - columns @ weighted_fit(columns, lateral_m, weight)
+        return float((weight * residual**2).sum())
 
-def _misfit(hz: float, time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, harmonics: int) -> float:
-    columns = design(time_s, hz, harmonics)
-    residual = np.nan_to_num(lateral_m) - columns @ weighted_fit(columns, lateral_m, weight)
-    return float((weight * residual**2).sum())
+    bounds = (start - reach, start + reach)
+    return float(minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-7}).x)
 
 
 def _huber(residual: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -313,13 +310,6 @@ def _frequency_slope(time_s: np.ndarray, hz: float, coefficients: np.ndarray) ->
     return 2 * np.pi * time_s[:, None] * total
 
 
-def _explained_share(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) -> float:
-    values = np.nan_to_num(lateral_m)
-    mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
-    total = float((weight * (values - mean) ** 2).sum())
-    return max(1.0 - float((weight * residual**2).sum()) / total, 0.0) if total > 0 else 0.0
-
-
 def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float) -> tuple[Flag, ...]:
     flags = []
     if explained < LEAST_EXPLAINED:
@@ -330,12 +320,8 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
         message = f"the tail beats at {hz:.3f} Hz, {off:+.0f} % off the commanded {commanded_hz:g} Hz"
         flags.append(Flag("frequency_off_command", message=message))
     if beats < 2.0:
-        flags.append(
-            Flag(
-                "few_beats",
-                message=f"only {beats:.1f} beats: fewer than two determine a frequency poorly",
-            )
-        )
+        message = f"only {beats:.1f} beats: fewer than two determine a frequency poorly"
+        flags.append(Flag("few_beats", message=message))
     return tuple(flags)
 
 
@@ -381,10 +367,8 @@ def _amplitude(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz
     """Return the amplitude of each marker's first harmonic in the beat about a time (k,), m; nan where hardly seen."""
     frames = np.abs(time_s - middle_s) <= 0.5 / hz + 1e-9
     angle = 2 * np.pi * hz * time_s[frames]
-    columns, found = (
-        np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)]),
-        np.full(len(weight[0]), np.nan),
-    )
+    columns = np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)])
+    found = np.full(len(weight[0]), np.nan)
     for marker in range(len(found)):
         good = (weight[frames, marker] > 0) & np.isfinite(lateral_m[frames, marker])
         if good.mean() >= _LEAST_SEEN and good.sum() > 3:

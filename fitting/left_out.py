@@ -159,9 +159,14 @@ def odd_markers(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, 
     if len(trials) < _FEWEST:
         return {}
     markers = trials[0].markers
-    gauge = _gauge(markers, robot)
+    root_x_m = max(marker.position_m[0] for marker in robot.markers.values() if marker.body == "head")
+    layout = layout_model(robot.marker_positions_m(markers), root_x_m, 1.0, robot.scale_length_m)  # px of 1 m
+    # The differences of two swims' mean shapes from the described one are free in place, heading and size.
+    slips = (_SLIP * robot.scale_length_m) ** 2 * np.eye(2 * len(markers))
+    gauge = JointGaussian(_STIFF**2 * layout.covariance_px2 + slips + FREE_PX2 * layout.moves @ layout.moves.T)
+    shapes = [fit_body_model(layout, trial.position_m, trial.weight > 0).mean_px for trial in trials]  # (2 m,) each, m
     everyone = np.ones(len(markers), bool)
-    apart = [gauge.leave_one_out(_mean_shape(trial, robot), everyone) for trial in trials]
+    apart = [gauge.leave_one_out(shape, everyone) for shape in shapes]
     offsets, spread = np.array([each for each, _ in apart]), apart[0][1]  # (t, m, 2), (m,) m
     of_head = np.isin(markers, HEAD_MARKERS)
     found = {}
@@ -176,28 +181,6 @@ def odd_markers(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, 
         if off_m[worst] > least_m[worst] and farther:
             found[trial.name] = _flag(trial, markers[worst], off_m[worst])
     return found
-
-
-def _mean_shape(trial: MeasuredTrial, robot: RobotSpec) -> np.ndarray:
-    """Return the deviations (2 m,) of the mean shape from the described one, in the axes of the body, m."""
-    prior = layout_model(*_layout(trial.markers, robot))
-    return fit_body_model(prior, trial.position_m, trial.weight > 0).mean_px  # px of 1 m
-
-
-def _gauge(markers: tuple[str, ...], robot: RobotSpec) -> JointGaussian:
-    """Return the joint distribution of the differences of two swims' mean shapes.
-
-    They are free in place, heading and size.
-    """
-    layout = layout_model(*_layout(markers, robot))
-    bends = _STIFF**2 * layout.covariance_px2
-    slips = (_SLIP * robot.scale_length_m) ** 2 * np.eye(len(bends))
-    return JointGaussian(bends + slips + FREE_PX2 * layout.moves @ layout.moves.T)
-
-
-def _layout(markers: tuple[str, ...], robot: RobotSpec) -> tuple[np.ndarray, float, float, float]:
-    root_x_m = max(marker.position_m[0] for marker in robot.markers.values() if marker.body == "head")
-    return robot.marker_positions_m(markers), root_x_m, 1.0, robot.scale_length_m
 
 
 def _flag(trial: MeasuredTrial, marker: str, off_m: float) -> Flag:

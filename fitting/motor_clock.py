@@ -16,11 +16,11 @@ import xarray as xr
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_code import CodeDelay, TailMotion, code_delay, search, tail_motion
-from swimcal.crank import CrankTurn
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.motor_log import MotorCommands, MotorLog, load_commands, load_motor
 from swimcal.robot import RobotSpec
+from swimcal.runs import CrankTurn
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 
@@ -112,7 +112,9 @@ def find_clock(
     """
     commanded = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
     codes = {part: (begins - zero_s, ends - zero_s) for part, (begins, ends) in commanded.items()}
-    codes = {part: span for part, span in codes.items() if _is_logged(span, turn)}
+    # Beyond the ends of the log the crank's angle is a guess.
+    first_s, last_s = turn.start_s - OUTSIDE_S, turn.end_s + OUTSIDE_S
+    codes = {part: span for part, span in codes.items() if span[0] > first_s and span[1] < last_s}
     spans = list(codes.values())
     seen: dict[str, CodeDelay] = {}
     found = search(tail, turn, spans) if tail is not None and spans else None
@@ -153,11 +155,6 @@ def _regress(codes: list[CodeDelay], drift_se: float) -> tuple[float, float, flo
     offset_s, drift = covariance @ (columns.T @ (weight**2 * found))
     offset_se_s, rate_se = np.sqrt(np.diag(covariance))
     return float(offset_s), float(offset_se_s), float(1 + drift), float(rate_se)
-
-
-def _is_logged(code: tuple[float, float], turn: CrankTurn) -> bool:
-    """Tell whether the log holds the whole code; beyond its ends the crank's angle is a guess."""
-    return code[0] > turn.start_s - OUTSIDE_S and code[1] < turn.end_s + OUTSIDE_S
 
 
 def _unseen_flag(part: str, logged: bool) -> Flag:
@@ -377,10 +374,14 @@ def motor_record(
     turn = turn.shifted(clock.offset_s - zero_s, clock.rate)
     covered = float(((time_s >= turn.start_s) & (time_s <= turn.end_s)).mean())
     usable = clock.found_by != "given" or covered >= COVERED
-    wanted_s = _find_drive(clock, commands, turn)
+    span_s = commands.span_s("drive") if commands else None
+    # The steady drive as commanded, else as logged; on the clock of the video.
+    wanted_s = (clock.video_s(span_s[0] + RISE_S), clock.video_s(span_s[1])) if span_s else steady_stretch(turn)
     drive_s = _clip(wanted_s, turn, time_s) if usable else _clip(wanted_s, turn)
-    measured_hz, ripple = _measure_speed(turn, drive_s)
-    commanded_hz = _find_command(commands, spec)
+    measured_hz, speed = turn.mean_hz(*drive_s), turn.speed(np.arange(*drive_s, 0.005))
+    commanded_hz = np.nan if spec.commanded_hz is None else spec.commanded_hz
+    if commands is not None and "drive" in commands.part:
+        commanded_hz = abs(float(commands.velocity_rad_s[commands.part.index("drive")])) / (2 * np.pi)
     on_motor = clock.offset_s + clock.rate * drive_s[0], clock.offset_s + clock.rate * drive_s[1]
     of_clock = (*clock.flags, *_flag_short(wanted_s, turn)) if usable else _flag_not_laid(clock, covered)
     return MotorRecord(
@@ -391,7 +392,7 @@ def motor_record(
         drive_s=drive_s,
         measured_hz=measured_hz,
         commanded_hz=commanded_hz,
-        ripple=ripple,
+        ripple=float(np.sqrt(2) * speed.std() / max(2 * np.pi * abs(measured_hz), 1e-9)),
         usable=usable,
         flags=(
             *of_clock,
@@ -401,32 +402,11 @@ def motor_record(
     )
 
 
-def _find_drive(clock: MotorClock, commands: MotorCommands | None, turn: CrankTurn) -> tuple[float, float]:
-    """Return the steady drive as commanded, else as logged; on the clock of the video."""
-    span = commands.span_s("drive") if commands else None
-    if span is None:
-        return steady_stretch(turn)
-    return clock.video_s(span[0] + RISE_S), clock.video_s(span[1])
-
-
 def _clip(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray | None = None) -> tuple[float, float]:
     """Clip a stretch to what was logged and, if frames (n,) are given, filmed; all of it where nothing is left."""
     first_s, last_s = (-np.inf, np.inf) if time_s is None else (float(time_s[0]), float(time_s[-1]))
     within_s = max(wanted_s[0], turn.start_s, first_s), min(wanted_s[1], turn.end_s, last_s)
     return within_s if within_s[1] > within_s[0] else wanted_s
-
-
-def _measure_speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
-    speed = turn.speed(np.arange(*stretch_s, 0.005))
-    mean_hz = turn.mean_hz(*stretch_s)
-    return mean_hz, float(np.sqrt(2) * speed.std() / max(2 * np.pi * abs(mean_hz), 1e-9))
-
-
-def _find_command(commands: MotorCommands | None, spec: TrialSpec) -> float:
-    """Return the commanded turns a second of the drive, else those of the session; nan without either."""
-    if commands is not None and "drive" in commands.part:
-        return abs(float(commands.velocity_rad_s[commands.part.index("drive")])) / (2 * np.pi)
-    return spec.commanded_hz if spec.commanded_hz is not None else np.nan
 
 
 def _flag_other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:

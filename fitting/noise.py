@@ -95,12 +95,14 @@ def across_markers(
     which = which.ravel()
     shown = determined(columns, masks, _WORST)
     restricted = [_restrict(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
-    common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
+    reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
+    # Fisher's information (p, p, g, g) of two coordinates, between parts, for a pair of independent markers
+    fisher = np.array([[[[2 * (a * b.T).sum() for b in other] for a in own] for other in reach] for own in reach])
+    common = fisher[:, :, which[:, None], which]  # (p, p, m, m)
     clean = np.where(usable[..., None], series, 0.0)
     residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
-    seen = np.array(
-        [np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts]
-    )  # (p, m, m)
+    across = (np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts)
+    seen = np.array(list(across))  # (p, m, m)
     information = np.moveaxis(common, (0, 1), (-2, -1))  # (m, m, p, p)
     # One more sample, of independent markers, gives a pair that is never seen together an inverse.
     inverse = np.linalg.inv(information + np.eye(len(parts)))
@@ -117,12 +119,6 @@ def _restrict(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) ->
         solved = inverse @ design
         result[np.ix_(frames, frames)] = inverse - solved @ np.linalg.solve(design.T @ solved, solved.T)
     return result
-
-
-def _information(restricted: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Return Fisher's information (p, p, g, g) of two coordinates, between parts, for a pair of independent markers."""
-    reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
-    return np.array([[[[2 * (a * b.T).sum() for b in other] for a in own] for other in reach] for own in reach])
 
 
 def _shrink(found: np.ndarray, variance: np.ndarray) -> np.ndarray:

@@ -232,11 +232,6 @@ def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
     return 0.5 * min(trial.frequency.hz for trial in trials)
 
 
-def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return the seconds that are simulated to check one set of coefficients."""
-    return BEATS / probed_hz(trials)
-
-
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
 

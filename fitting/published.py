@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from fitting.phase import phase_from_harmonic, residuals, seconds_from_rest, swims_forward
+from fitting.phase import BEATS, phase_from_harmonic, probed_hz, residuals, swims_forward
 from fitting.trial import MeasuredTrial
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
@@ -140,7 +140,7 @@ class _Search:
         self.best_m, self.best = np.inf, np.zeros(5 + len(swims.trials))
         self._swims, self._budget_s, self._progress = swims, budget_s, progress
         self._seconds = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
-        self._seconds_from_rest = seconds_from_rest(swims.trials)
+        self._seconds_from_rest = BEATS / probed_hz(swims.trials)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the distances (s,) of points (p, s), m; a point that would be best but swims backward is penalised."""
@@ -161,10 +161,7 @@ class _Search:
 
     def bayesian(self, budget_s: float, seed: int) -> None:
         """Spend a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
-        from bayes_opt import (
-            BayesianOptimization,
-            acquisition,  # half a second that nothing else needs
-        )
+        from bayes_opt import BayesianOptimization, acquisition  # half a second that nothing else needs
 
         low, high = COEFFICIENT_BOUNDS
         names = [f"c{i}" for i in range(5)]

@@ -6,7 +6,7 @@ and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many st
 the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -17,13 +17,14 @@ from scipy.stats import qmc
 
 from fitting.covariance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.features import SPEED
-from fitting.mode import Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
-from fitting.progress import Progress
-from fitting.session_model import SessionModel
+from fitting.mode import Mode, SearchEnd, SessionModel, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.trial_model import NO_ROLL, ROLL_SD, Roll, trajectories_together
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
 from swimcal.runs import Trajectories
+
+Progress = Callable[[str, float | None], None]
+"""Function that takes a message and the share of the time that is spent, None when unknown."""
 
 # The search
 _SCREENED = 128  # points that are simulated to begin with
@@ -50,6 +51,21 @@ _STILL = 0.2  # a step shorter than this, in standard deviations of the coeffici
 _SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
 
 
+def part_of(tell: Progress, start: float, end: float) -> Progress:
+    """Return a progress for a part that takes the time of the whole from share `start` to share `end`.
+
+    Args:
+        tell: progress of the whole.
+        start: share of the time at which the part begins.
+        end: share of the time at which it ends.
+    """
+
+    def tell_whole(message: str, share: float | None) -> None:
+        tell(message, None if share is None else start + (end - start) * share)
+
+    return tell_whole
+
+
 def find_mode(
     model: SessionModel, starts: int = 3, seed: int = 0, tell: Progress = lambda _message, _share: None
 ) -> Mode:
@@ -66,7 +82,9 @@ def find_mode(
         SimulationDiverged: the twin diverged from every start.
     """
     tell("looking for starts of the search", 0.0)
-    points = _screen(seed)
+    # Points all over the box, even in the roots; the published coefficients come first.
+    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
+    points = np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
     promising, blocks = _choose_promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
     racing, before, done, expected = descents, 0, 0, _expected_steps(len(descents), starts)
@@ -238,17 +256,8 @@ class _Descent:
     def mode(self) -> Mode:
         """Mode at the present point."""
         end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
-        return Mode(
-            self.model,
-            self._at,
-            self._sizes,
-            self._covariance,
-            self._blocks,
-            self._residual,
-            self._jacobian,
-            (end,),
-            self.simulated,
-        )
+        look = self._covariance, self._blocks, self._residual, self._jacobian
+        return Mode(self.model, self._at, self._sizes, *look, (end,), self.simulated)
 
     def _start_roll(self, total: np.ndarray) -> None:
         """Begin with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
@@ -349,12 +358,6 @@ def _is_finite(block: Block) -> bool:
 
 def _rank(descent: _Descent) -> tuple[bool, float]:
     return not descent.forward, -descent.log_density
-
-
-def _screen(seed: int) -> np.ndarray:
-    """Return screening points (s, 5) over the box, even in the roots; the published coefficients first."""
-    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
-    return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
 
 
 def _choose_promising(

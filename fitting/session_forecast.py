@@ -207,23 +207,14 @@ def score_forecast(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -
     """
     plain = _score_distances(trial, forecast.head)
     reach = NORMAL_90 * forecast.speed_sd
-    return Forecast(
-        plain.speed,
-        (plain.speed - reach, plain.speed + reach),
-        plain.marker_error_mm,
-        plain.shape_error_mm,
-        forecast.inside(trial.scored, seed),
-    )
+    band = plain.speed - reach, plain.speed + reach
+    return replace(plain, speed_ci90=band, inside=forecast.inside(trial.scored, seed))
 
 
 def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
     trial = mode.blocks[number].model.trial
-    return ForecastTrial(
-        trial.role,
-        trial.frequency.hz,
-        trial.speed,
-        {REPEAT: score_forecast(trial, forecast_repeat(mode, number), seed)},
-    )
+    found = {REPEAT: score_forecast(trial, forecast_repeat(mode, number), seed)}
+    return ForecastTrial(trial.role, trial.frequency.hz, trial.speed, found)
 
 
 def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:

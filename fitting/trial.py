@@ -39,10 +39,10 @@ from fitting.trial_checks import (
     sight_flags,
     unread_flags,
 )
-from swimcal.crank import CrankTurn
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
+from swimcal.runs import CrankTurn
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import by_marker, markers_of

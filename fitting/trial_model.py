@@ -178,21 +178,10 @@ class TrialModel:
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._keep(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [
-            *self._of_start(coefficients, features),
-            PHASE_SD_RAD * slope_of_phase(features),
-            *_of_place(len(features)),
-        ]
-        boxes = self._of_shifts(marker_m, pool, features)
-        markers = self._of_shifts(marker_m, body, features)
-        robot = np.zeros((len(features), 0))
-        return Sensitivities(
-            np.column_stack(own),
-            np.column_stack(boxes),
-            np.column_stack(markers),
-            robot,
-            self.slopes_of_roll(trajectories),
-        )
+        start, place = self._of_start(coefficients, features), _of_place(len(features))
+        own = np.column_stack([*start, PHASE_SD_RAD * slope_of_phase(features), *place])
+        boxes, markers = (np.column_stack(self._of_shifts(marker_m, axes, features)) for axes in (pool, body))
+        return Sensitivities(own, boxes, markers, np.zeros((len(features), 0)), self.slopes_of_roll(trajectories))
 
     def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
         """Return the effect (4, k) of the velocity at time 0 and of the frequency, about features (k,)."""

@@ -111,12 +111,16 @@ def build_mjcf(
     head = _add_head(spec, robot, coefficients, scene)
     _add_crank(head, robot)
     last = _add_tail(head, robot, coefficients)
-    _add_fin(last, robot, coefficients)
+    fin = robot.caudal_fin
+    centre = (robot.fin_root_x_m + fin.centre_m - float(robot.hinge_x_m[-1]), 0.0, 0.0)
+    half_size = (fin.chord_m / 2, fin.thickness_m / 2, fin.span_m / 2)
+    _add_plate(last, "caudal_fin", centre, half_size, fin.mass_kg, coefficients)
     _add_markers(spec, robot)
     if scene.with_tendons:
         for side, sign in SIDES:
             _add_tendon(spec, robot, side, sign)
-    _add_motor(spec, robot)
+    motor = spec.add_actuator(name="motor", target="crank", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.set_to_velocity(kv=robot.crank.speed_gain_n_m_s)
     return spec
 
 
@@ -290,13 +294,6 @@ def _add_strips(body: mujoco.MjsBody, robot: RobotSpec, i: int, rear: float) -> 
             _add_dry_box(body, f"strip_{i + 1}_{place}", ((start + stop) / 2, 0.0, 0.0), half_size, kg)
 
 
-def _add_fin(body: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoefficients) -> None:
-    fin = robot.caudal_fin
-    centre = (robot.fin_root_x_m + fin.centre_m - float(robot.hinge_x_m[-1]), 0.0, 0.0)
-    half_size = (fin.chord_m / 2, fin.thickness_m / 2, fin.span_m / 2)
-    _add_plate(body, "caudal_fin", centre, half_size, fin.mass_kg, coefficients)
-
-
 def _add_markers(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
     origins = {"head": 0.0, **dict(zip(robot.hinges, robot.hinge_x_m, strict=True))}
     for name, marker in robot.markers.items():
@@ -320,11 +317,6 @@ def _add_tendon(spec: mujoco.MjSpec, robot: RobotSpec, side: str, sign: float) -
     other = "right" if sign < 0 else "left"
     for i, segment in enumerate(robot.tail.segment):
         tendon.wrap_site(f"guide_{i + 1}_{other if segment.tendon_crosses else side}")
-
-
-def _add_motor(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
-    motor = spec.add_actuator(name="motor", target="crank", trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    motor.set_to_velocity(kv=robot.crank.speed_gain_n_m_s)
 
 
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:

@@ -97,7 +97,9 @@ def load_commands(path: Path) -> MotorCommands:
     table, flags = read_log(path, COMMAND_COLUMNS)
     faults = FaultCollector(table.file)
     faults.extend_capped(_unknown_parts(table))
-    values = to_numbers(_number_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
+    # Numbers stand for the names of the parts, which have been checked.
+    rows = [Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows]
+    values = to_numbers(replace(table, rows=rows), COMMAND_COLUMNS, faults)  # (k, 3)
     if not faults:
         check_time(table, values[:, 0], faults)
         lines = [table.rows[row].line for row in np.flatnonzero(np.isnan(values[:, 2]))]
@@ -116,12 +118,6 @@ def _unknown_parts(table: RawTable) -> list[Fault]:
 
     rows = [row for row in table.rows if len(row.cells) == len(COMMAND_COLUMNS)]
     return [fault(row, row.cells[1]) for row in rows if row.cells[1] not in PARTS]
-
-
-def _number_parts(table: RawTable) -> RawTable:
-    """Replace the names of the parts, which have been checked, by numbers, so that the whole table can be converted."""
-    rows = [Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows]
-    return replace(table, rows=rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +165,9 @@ def load_motor(path: Path) -> MotorLog:
     faults.raise_if_any()
     columns = dict(zip(MOTOR_COLUMNS, values.T, strict=True))
     for name, written in zip(MOTOR_COLUMNS, named, strict=True):
-        columns[name] = _to_signed(name, columns[name] * units.get(name, {}).get(written, 1.0))
+        values, whole = columns[name] * units.get(name, {}).get(written, 1.0), _RANGE.get(name, np.inf)
+        unsigned = (values >= whole / 2) & (values < whole * (1 + 1e-9))
+        columns[name] = np.where(unsigned, values - whole, values)
     position, velocity, time_s = columns["position_rad"], columns["velocity_rad_s"], columns["time_s"]
     _check_units(time_s, position, velocity, (named[1], named[2]), faults)
     faults.raise_if_any()
@@ -177,12 +175,6 @@ def load_motor(path: Path) -> MotorLog:
     shaft = continuous_position(time_s, position, velocity, lines, named[1], faults)
     faults.raise_if_any()
     return MotorLog(**columns | {"position_rad": shaft.position_rad}, flags=(*flags, *shaft.flags))
-
-
-def _to_signed(name: str, values: np.ndarray) -> np.ndarray:
-    """Return the values with those above half of an unsigned register's range moved to below 0."""
-    whole = _RANGE.get(name, np.inf)
-    return np.where((values >= whole / 2) & (values < whole * (1 + 1e-9)), values - whole, values)
 
 
 def _check_units(
@@ -241,7 +233,9 @@ def continuous_position(
         return ShaftPosition(position_rad, ())
     turns, times = position_rad[seen] / TURN, time_s[seen]
     near = _running_median(turns, "mirror")
-    strange = np.abs(turns - near) > _OFF_TURNS + 1.5 * _WINDOW / 2 * _usual_step(turns)
+    step = np.diff(turns)  # where the shaft is fast; jumps of the counter do not count
+    usual = float(max(np.percentile(np.abs(step - np.round(step)), 90), np.median(np.abs(step))))
+    strange = np.abs(turns - near) > _OFF_TURNS + 1.5 * _WINDOW / 2 * usual
     within = turns[~strange]
     one_turn = bool(np.ptp(within) <= _ONE_TURN)
     if one_turn:  # a shaft that rests where the counter wraps reads either end
@@ -274,15 +268,6 @@ def _running_median(values: np.ndarray, beyond: str) -> np.ndarray:
     from scipy.ndimage import median_filter  # a fifth of a second, for which reading a session need not wait
 
     return np.asarray(median_filter(values, _WINDOW, mode=beyond))
-
-
-def _usual_step(turns: np.ndarray) -> float:
-    """Estimate how far the shaft turns between two readings where it is fast, turns.
-
-    Jumps of the counter do not count.
-    """
-    step = np.diff(turns)
-    return float(max(np.percentile(np.abs(step - np.round(step)), 90), np.median(np.abs(step))))
 
 
 def _jumps(times: np.ndarray, turns: np.ndarray, one_turn: bool) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Batched runs of the engine: their inputs, the trajectories they return, and the engine's threads, log and version.
 
-`Runs` are the inputs that differ between simulations, `Trajectories` their results. `MarkerKinematics` are the planar
-forward kinematics of the chain, from joint positions to marker positions: faster than asking the engine for its sites
-at every frame, and exact at interpolated times.
+`Runs` are the inputs that differ between simulations, the measured `CrankTurn` of a crank among them; `Trajectories`
+are their results. `MarkerKinematics` are the planar forward kinematics of the chain, from joint positions to marker
+positions: faster than asking the engine for its sites at every frame, and exact at interpolated times.
 
 `quiet_engine` keeps the engine's own log quiet: where we look for divergence we report it in our own words.
 `check_engine` refuses a calibration of another engine or model: coefficients fitted with one engine are void with
@@ -13,21 +13,103 @@ import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Protocol, Self
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline, make_smoothing_spline
 
-from swimcal.crank import Turn
 from swimcal.errors import ModelMismatch
 from swimcal.mjcf import SWIM, FluidCoefficients, build_mjcf
 from swimcal.results import Provenance
 from swimcal.robot import RobotSpec
 
+RESOLUTION_S = 0.02
+"""Changes of speed faster than about this are taken for the encoder's steps and the host's uneven reading."""
+_FEWEST = 5  # readings that a smoothing spline needs
+
 VARIABLE = "SWIMCAL_WORKERS"
 
 ENGINE = mujoco.__version__
+
+
+class Turn(Protocol):
+    """A turn of the crank from time 0 on; `logged` if a log shows it, so that no load changes it."""
+
+    @property
+    def logged(self) -> bool: ...  # noqa: D102
+
+    def angle(self, time_s: ArrayLike) -> np.ndarray:
+        """Return the angle (f,) since time 0, rad."""
+        ...
+
+    def speed(self, time_s: ArrayLike) -> np.ndarray:
+        """Return the speed (f,), rad/s."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class CrankTurn:
+    """A measured turn of the crank, for instance from the motor's log.
+
+    Attributes:
+        spline: angle (rad) over time (s); unwrapped, in the direction in which it grows as a whole.
+        start_s, end_s: the measured stretch; beyond it the crank turns on with the speed it had there.
+    """
+
+    spline: BSpline
+    start_s: float
+    end_s: float
+    logged: bool = True
+
+    @classmethod
+    def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":
+        """Fit a smoothing cubic spline to k readings (Woltring 1986).
+
+        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves the same either way,
+        half a turn apart.
+
+        Args:
+            time_s: (k,) s.
+            angle_rad: (k,) unwrapped angle, rad.
+
+        Raises:
+            ValueError: fewer than five readings, or times that do not grow.
+        """
+        if len(time_s) < _FEWEST or not (np.diff(time_s) > 0).all():
+            raise ValueError(f"time_s: found {len(time_s)} readings, expected at least {_FEWEST} at growing times")
+        forward = 1.0 if angle_rad[-1] >= angle_rad[0] else -1.0
+        spacing = float(np.median(np.diff(time_s)))
+        spline = make_smoothing_spline(time_s, forward * angle_rad, lam=RESOLUTION_S**4 / (16 * spacing))
+        return cls(spline, float(time_s[0]), float(time_s[-1]))
+
+    def shifted(self, offset_s: float, rate: float = 1.0) -> "CrankTurn":
+        """Return the same turn on another clock, on which its instant ``t`` is ``(t - offset_s) / rate``."""
+        knots = (self.spline.t - offset_s) / rate
+        return CrankTurn(
+            BSpline(knots, self.spline.c, self.spline.k),
+            (self.start_s - offset_s) / rate,
+            (self.end_s - offset_s) / rate,
+        )
+
+    def angle(self, time_s: ArrayLike) -> np.ndarray:
+        """Return the angle (f,) since time 0, rad."""
+        return self._along(np.asarray(time_s, float)) - self._along(np.zeros(1))[0]
+
+    def speed(self, time_s: ArrayLike) -> np.ndarray:
+        """Return the speed (f,), rad/s."""
+        return self.spline.derivative()(np.clip(time_s, self.start_s, self.end_s))
+
+    def mean_hz(self, start_s: float, end_s: float) -> float:
+        """Return the mean frequency of the crank between two instants (s), Hz."""
+        angle = self.angle(np.array([start_s, end_s]))
+        return float((angle[1] - angle[0]) / (2 * np.pi * (end_s - start_s)))
+
+    def _along(self, time_s: np.ndarray) -> np.ndarray:
+        inside = np.clip(time_s, self.start_s, self.end_s)
+        return self.spline(inside) + self.speed(time_s) * (time_s - inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +150,7 @@ class Runs:
 
     def part(self, rows: np.ndarray) -> Self:
         """Return some of the runs, by their numbers (r,)."""
-        return replace(
-            self,
-            coefficients=self.coefficients[rows],
-            frequency_hz=self.frequency_hz[rows],
-            phase_rad=self.phase_rad[rows],
-            velocity=None if self.velocity is None else self.velocity[rows],
-            fields={name: values[rows] for name, values in self.fields.items()},
-            turns=None if self.turns is None else tuple(self.turns[row] for row in rows),
-        )
+        return replace(self, **{each.name: _rows(getattr(self, each.name), rows) for each in fields(self)})
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
@@ -130,6 +204,13 @@ class Runs:
                     known[id(turn)] = np.diff(turn.angle(np.arange(steps + 1) * timestep_s)) / timestep_s
                 speeds[row] = known[id(turn)]
         return speeds[..., None]
+
+
+def _rows(values: Any, rows: np.ndarray) -> Any:
+    """Return some rows of an array, of all arrays of a mapping, or of a tuple; None stays None."""
+    if isinstance(values, Mapping):
+        return {name: each[rows] for name, each in values.items()}
+    return tuple(values[row] for row in rows) if isinstance(values, tuple) else None if values is None else values[rows]
 
 
 @dataclass(frozen=True, eq=False)

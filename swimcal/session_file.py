@@ -222,8 +222,10 @@ def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> Non
     named += [((*key, kind), trial.get(kind)) for key, trial in trials_in(source) for kind in TRIAL_FILES]
     for key, name in named:
         if isinstance(name, str) and name and not is_file(folder / name):
-            what, expected = "the file is not there", "a file, its path relative to the session folder"
-            faults.add(source.where(key), what, found=shown(name), expected=expected, next_step=slashes_for(name))
+            what, expected, hint = "the file is not there", "a file, its path relative to the session folder", ""
+            if "\\" in name or any(ord(letter) < 32 for letter in name):
+                hint = 'A backslash begins an escape in TOML: write the path with forward slashes, "trials/f1_30.csv".'
+            faults.add(source.where(key), what, found=shown(name), expected=expected, next_step=hint)
 
 
 def check_trials(source: TomlSource, faults: FaultCollector, needs_commands: bool = True) -> None:
@@ -343,16 +345,6 @@ def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: Fault
             step = "Exchange the two names in the header of its tracks, or without a header their columns."
             found = "the markers of the tail on the nose's side"
             faults.add(source.where((*key, "tracks")), what, found=found, expected=expected, next_step=step)
-
-
-def slashes_for(name: str) -> str:
-    """Suggest forward slashes as the next step for a path with backslashes, which TOML takes for escapes.
-
-    Empty for others.
-    """
-    if "\\" in name or any(ord(letter) < 32 for letter in name):
-        return 'A backslash begins an escape in TOML: write the path with forward slashes, "trials/f1_30.csv".'
-    return ""
 
 
 def is_file(path: Path) -> bool:

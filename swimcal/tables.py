@@ -81,7 +81,8 @@ def read_table(path: Path) -> RawTable:
     """
     file, text = str(path), read_text(path)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    rows = [Row(number, _split_cells(line)) for number, line in enumerate(lines, start=1)]
+    cells = ([cell.strip().strip('"') for cell in line.split(",")] for line in lines)
+    rows = [Row(number, own) for number, own in enumerate(cells, start=1)]
     while rows and rows[-1].cells == [""]:
         rows.pop()
     faults = FaultCollector(file)
@@ -149,7 +150,9 @@ def read_log(
     faults = FaultCollector(table.file)
     check_header(table, columns, faults, others)
     faults.raise_if_any()
-    if not _ends_cut(table):
+    # An editor, or a file system after a power loss, may have ended a cut row after all: then cells are missing.
+    cut = table.rows and (not table.ends_whole or len(table.rows[-1].cells) < len(table.header or ()))
+    if not cut:
         return table, ()
     message = f"line {table.rows[-1].line} is cut short and was left out; the log ended mid-row"
     return replace(table, rows=table.rows[:-1], ends_whole=True), (Flag("truncated_log", message=message),)
@@ -195,19 +198,6 @@ def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> N
     faults.extend_capped([fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()])
     late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
     faults.extend_capped([fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late])
-
-
-def _ends_cut(table: RawTable) -> bool:
-    """Return whether the last row is cut short: not ended by a line feed, or with too few cells.
-
-    An editor, or a file system after a power loss, may have ended a cut row after all.
-    """
-    few = len(table.header or ()) if table.rows else 0
-    return bool(table.rows) and (not table.ends_whole or len(table.rows[-1].cells) < few)
-
-
-def _split_cells(line: str) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(",")]
 
 
 def _read_number(cell: str) -> float | None:

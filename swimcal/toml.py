@@ -191,7 +191,9 @@ class TomlSource:
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
-            own = [details for details in error.errors() if not _only_follows(details)]
+            faulty = error.errors()
+            # A list is called too short, too, because its items are faulty, which is reported item by item.
+            own = [e for e in faulty if e["type"] != "too_short" or len(e["input"]) < e["ctx"]["min_length"]]
             faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in own)
         except RecursionError:
             faults.add("", "nested too deeply", expected="the few levels of the documented form")
@@ -226,20 +228,13 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
         case "value_error" | "assertion_error":
             what, expected = str(context["error"]), ""
         case "too_short":
-            what, expected = (
-                f"too few {key[-1] if isinstance(key[-1], str) else 'of them'}",
-                f"at least {context['min_length']}",
-            )
+            what = f"too few {key[-1] if isinstance(key[-1], str) else 'of them'}"
+            expected = f"at least {context['min_length']}"
         case _:
             what, choices = "wrong value", choices_of(annotation)
             expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
             next_step = did_you_mean(str(details["input"]), choices)
     return Fault(file, where, what, found, expected, choices, next_step)
-
-
-def _only_follows(details: ErrorDetails) -> bool:
-    """Return whether a list is called too short only because its items are faulty, which is reported item by item."""
-    return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
 def _format_found(value: Any) -> str:

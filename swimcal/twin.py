@@ -84,10 +84,9 @@ class Twin:
         """
         if np.min(time_s) < 0:
             raise ValueError(f"time_s: found {np.min(time_s):g} s, expected times from 0, where the runs start")
-        parts = [
-            self._simulate_chunk(runs.part(rows), time_s[rows] if time_s.ndim == 2 else time_s)
-            for rows in _chunks(len(runs))
-        ]
+        count = len(runs)
+        chunks = [np.arange(i, min(i + _CHUNK, count)) for i in range(0, count, _CHUNK)]
+        parts = [self._simulate_chunk(runs.part(rows), time_s[rows] if time_s.ndim == 2 else time_s) for rows in chunks]
         head, hinges, crank, diverged = (np.concatenate(part) for part in zip(*parts, strict=True))
         if diverged.any() and not allow_divergence:
             raise SimulationDiverged(_divergence_message(runs, diverged))
@@ -247,10 +246,6 @@ def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Seque
             begin, end = end, end + len(runs[lot])
             found[lot] = simulated.part(np.arange(begin, end), len(time_s[lot]))
     return [found[lot] for lot in range(len(twins))]
-
-
-def _chunks(n: int) -> list[np.ndarray]:
-    return [np.arange(i, min(i + _CHUNK, n)) for i in range(0, n, _CHUNK)]
 
 
 def _interpolate(states: np.ndarray, rows: np.ndarray, where: np.ndarray) -> np.ndarray:

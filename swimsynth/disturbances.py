@@ -19,9 +19,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import make_interp_spline
 from scipy.signal import lfilter
 
-from swimcal.crank import CrankTurn
 from swimcal.motor_log import MotorCommands
 from swimcal.robot import NonNegative, Positive
+from swimcal.runs import CrankTurn
 from swimcal.toml import Table
 
 START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)

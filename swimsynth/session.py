@@ -117,11 +117,6 @@ def structure_of(robot: RobotSpec) -> StructureTruth:
     )
 
 
-def write_truth(folder: Path, truth: Truth) -> None:
-    """Write `truth.json` into a session folder."""
-    write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
-
-
 def read_truth(folder: Path) -> Truth:
     """Read the `truth.json` of a synthetic session."""
     return Truth.model_validate_json((folder / TRUTH_FILE).read_bytes())
@@ -271,7 +266,10 @@ def make_session(
         SimulationDiverged: the planned motion is unstable.
     """
     if video is not None:
-        plan = _remove_tracker(plan, video)
+        # Swims that are filmed have no errors of a tracker.
+        trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
+        tracked = plan.dry_runs or plan.free_decays or not all(video.films(trial.name) for trial in plan.trials)
+        plan = plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
     with new_folder(folder) as part:
         recorder = Recorder(part, plan, video, progress)
         truth = Truth(
@@ -283,17 +281,9 @@ def make_session(
             free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},
         )
         _write_description(part, plan, recorder.recordings)
-        write_truth(part, truth)
+        write_whole(part / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
         load_session(part)
     return folder
-
-
-def _remove_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
-    """Return the plan without the errors of a tracker in the swim trials that are filmed."""
-    names = [trial.name for trial in plan.trials]
-    trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
-    tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))
-    return plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
 
 
 def _write_description(folder: Path, plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]]) -> None:

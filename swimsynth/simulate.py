@@ -12,12 +12,11 @@ import numpy as np
 
 from fitting.hinges import DecayTwin
 from fitting.pool import forward_speed
-from swimcal.crank import CrankTurn
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import DRY, FREE_DECAY, SWIM, Scene
 from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, MotorLog
 from swimcal.results import write_whole
-from swimcal.runs import Runs, Trajectories
+from swimcal.runs import CrankTurn, Runs, Trajectories
 from swimcal.twin import Twin
 from swimsynth.disturbances import Drive, Stream, SyntheticMotor, drive
 from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial, check_in_image, in_image

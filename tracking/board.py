@@ -423,8 +423,10 @@ def draw_board(path: Path, board: BoardSpec) -> None:
     markers = f", {board.dictionary}, markers {board.marker_side_m * MM:g} mm" if board.kind == "charuco" else ""
     text = f"The line is {ruler:g} mm long. {size}{markers}"
     axes.text(0, height + edge + 4, text, va="top", fontsize=min(7.0, 7.0 * width / 150))
+    # Without the date, so that the same board gives the same file.
+    undated = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())
     with writing_whole(path) as part, rc_context({"svg.hashsalt": "board"}):
-        figure.savefig(part, dpi=PNG_DPI, format=path.suffix[1:].lower(), metadata=_omit_date(path))
+        figure.savefig(part, dpi=PNG_DPI, format=path.suffix[1:].lower(), metadata=undated)
 
 
 def dark_rectangles(board: BoardSpec) -> list[Rectangle]:
@@ -450,8 +452,3 @@ def _marker_modules(board: BoardSpec) -> list[Rectangle]:
         for row, column in np.argwhere(picture == 0):
             rectangles.append(Rectangle(float(corner[0]) + column * size, float(corner[1]) + row * size, size, size))
     return rectangles
-
-
-def _omit_date(path: Path) -> dict[str, None] | None:
-    """Return metadata that leave the date out, so that the same board gives the same file."""
-    return {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())

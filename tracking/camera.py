@@ -1,7 +1,8 @@
 """The camera's way from pixels to metres on the pool: lens, parallax and scale.
 
 `to_pool` undoes the lens (`to_rays`) and the parallax (`true_over_apparent`) where they are known, scales, and changes
-to a right-handed frame seen from above.
+to a right-handed frame seen from above. `lens_flags` lists the doubts about a session's camera, for the results and the
+report.
 
 Parallax is that of markers above or below the reference plane, seen by a camera that looks straight down. The reference
 plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the surface of the
@@ -22,6 +23,7 @@ import numpy as np
 import xarray as xr
 
 from swimcal.errors import Fault, InputError, NotEnoughData
+from swimcal.flags import Flag
 from swimcal.session_file import CameraCalibration, CameraSpec
 from swimcal.tracks import markers_of, pixels_of
 
@@ -30,6 +32,16 @@ STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 
 WATER_INDEX = 1.333
 """Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
+
+# Flags of a session's camera.
+LINEAR_K1 = 0.02
+"""Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
+message, not a measurement of any camera."""
+HALF_WIDTH = 18 / 19
+"""Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
+view of the camera that the swim trials were filmed with (87 degrees)."""
+HEIGHT_OFF = 0.05
+"""Relative difference between two ways to the camera's height that is worth a flag."""
 
 
 def camera_matrix(lens: CameraCalibration) -> np.ndarray:
@@ -158,3 +170,54 @@ def _check_below_camera(height_m: np.ndarray, lens: CameraCalibration, camera: C
         expected = f"more than {height_m.max():g}, the height of the highest marker above nose and neck"
         step = "Is it in metres, from the surface of the water to the lens?"
         raise InputError([Fault(file, where, what, found, expected, next_step=step)])
+
+
+def lens_flags(
+    camera: CameraSpec, *, picture_px: tuple[int, int] | None = None, metres_per_px: float | None = None
+) -> tuple[Flag, ...]:
+    """List the doubts about the lens, each with its likely size.
+
+    Args:
+        camera: the camera table of the session.
+        picture_px: width and height of the video, to compare with those of the calibration.
+        metres_per_px: scale of the tracks, to compare with the camera's height.
+    """
+    lens = camera.calibration
+    if lens is None:
+        # Over the picture's width: k1 t^3 / (2 t), half a picture from its middle
+        shift = LINEAR_K1 * HALF_WIDTH**2 / 2
+        stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # stretches a length along the radius: the derivative of t + k1 t^3
+        message = (
+            f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
+            f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "
+            f"lengths there by {100 * stretch:.0f} %; a wide field of view bends ten times as much. Calibrate it "
+            "with a ChArUco board, or swim near the middle"
+        )
+        return (Flag("no_lens", message=message),)
+    size, height_m, flags = (lens.width_px, lens.height_px), lens.height_above_water_m, []
+    if folds(lens):
+        what = "the lens's distortion turns back within the picture"
+        flags.append(Flag("lens_folds", message=f"{what}: near the corners it has no meaning; calibrate again"))
+    if picture_px is not None and picture_px != size:
+        message = (
+            f"the lens was calibrated for pictures of {size[0]} x {size[1]}, the video has {picture_px[0]} x "
+            f"{picture_px[1]}: undistortion is wrong; calibrate in the mode of the video"
+        )
+        flags.append(Flag("lens_other_size", message=message))
+    if metres_per_px is not None and height_m is not None:  # the scale is H / f on the plane of nose and neck
+        height = lens.fx_px * metres_per_px
+        if abs(height / height_m - 1) > HEIGHT_OFF:
+            message = (
+                f"[camera] height_above_water_m is {height_m:g} m, but the scale of the tracks and the focal "
+                f"length put the lens {height:.3g} m above nose and neck: check the height, scale_length_m, and that "
+                "the lens was calibrated in the mode of the video"
+            )
+            flags.append(Flag("camera_height_off_scale", message=message))
+    if height_m is None:
+        message = (
+            "the camera's height is not known, so markers above the others (dorsal and caudal fin, 50 mm) appear too "
+            "far out: by 1.7 % of their distance from the middle under a camera 3 m up. Give [camera] "
+            "height_above_water_m"
+        )
+        flags.append(Flag("no_camera_height", message=message))
+    return tuple(flags)

@@ -28,8 +28,8 @@ from swimcal.tracks import as_tracks
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
-from tracking.doubtful_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.edits import Retracker, SetBox
+from tracking.find_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting
@@ -173,9 +173,8 @@ class _Pass:
             since = earlier.number
             self._add(earlier.number, sighting)
             height, width = earlier.luma.shape
-            inside = ((sighting.position_px >= 0) & (sighting.position_px < [width, height])).all(
-                axis=1
-            ) | sighting.seen
+            place = sighting.position_px
+            inside = ((place >= 0) & (place < [width, height])).all(axis=1) | sighting.seen
             gone = 0 if inside.any() and sighting.seen[inside].mean() > _IN_VIEW else gone + 1
             if gone == _GONE_FOR:
                 self._samples[earlier.number : earlier.number + gone] = NO_SAMPLE

@@ -280,7 +280,10 @@ def read_plain(table: RawTable) -> ForeignTracks:
         known = f"{TIME}, and x and y of each marker: nose_x, nose_y, …"
         faults.add(table.file and "line 1", "not a header of tracks", found=shown(",".join(header)), expected=known)
     faults.raise_if_any()
-    values = to_numbers(_blank_words(table, header), tuple(header), faults)  # (n, columns)
+    if TRACK in header:  # the name of SLEAP's track is no number
+        k = header.index(TRACK)
+        table = replace(table, rows=[Row(row.line, [*row.cells[:k], "", *row.cells[k + 1 :]]) for row in table.rows])
+    values = to_numbers(table, tuple(header), faults)  # (n, columns)
     faults.raise_if_any()
     lines = [f"line {row.line}" for row in table.rows]
     samples = np.full((len(values), len(markers), 3), np.nan)
@@ -312,10 +315,8 @@ def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
     widths = {len(row.cells) for row in table.rows}
     if len(widths) == 1 and widths != {2 * len(markers)}:
         step = "Give the file a header: time_s,nose_x,nose_y,…"
-        found, wanted = (
-            f"{widths.pop()} in every row",
-            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
-        )
+        found = f"{widths.pop()} in every row"
+        wanted = f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}"
         faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
         faults.raise_if_any()
     columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
@@ -359,14 +360,6 @@ def _when(header: list[str]) -> int | None:
             if name in names:
                 return column
     return None
-
-
-def _blank_words(table: RawTable, header: list[str]) -> RawTable:
-    """Blank the words in a column that holds no numbers: the name of SLEAP's track."""
-    if TRACK not in header:
-        return table
-    k = header.index(TRACK)
-    return replace(table, rows=[Row(row.line, [*row.cells[:k], "", *row.cells[k + 1 :]]) for row in table.rows])
 
 
 def _whole_frames(

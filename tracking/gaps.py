@@ -91,18 +91,16 @@ def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
         answers = [_fill(time_s, place, seen, k, span) for k, span in spans]
     for (k, span), (filling, why) in zip(spans, answers, strict=True):
         if filling is None:
-            flags.append(_flag(markers_of(tracked)[k], span, why))
+            marker, count = markers_of(tracked)[k], span.stop - span.start
+            frames = "1 frame" if count == 1 else f"{count} frames"
+            message = f"{marker} is not seen in {frames}: {why}"
+            flags.append(Flag("gap", (marker,), (span.start, span.stop - 1), message))
             continue
         filled = samples[span, k]
         filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
         filled["confidence"] = _confidence(time_s, tracked.confidence.values[:, k], span)
         filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
     return with_samples(tracked, samples, drop_repeat_flags(tracked, flags))
-
-
-def _flag(marker: str, span: slice, why: str) -> Flag:
-    frames = "1 frame" if span.stop - span.start == 1 else f"{span.stop - span.start} frames"
-    return Flag("gap", (marker,), (span.start, span.stop - 1), f"{marker} is not seen in {frames}: {why}")
 
 
 def _fill(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[GapFill | None, str]:

@@ -158,22 +158,15 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     findings = _findings(tracks, layout, floor_px)
     frozen = frozen_picture(pixels_of(tracks))  # (n,)
     believed = findings.present & ~findings.wrong & ~frozen[:, None]
-    jumps, names = _body_jumps(tracks, frozen), markers_of(tracks)
+    names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
+    found = body_jumps(tracks.time.values, seen)
+    # A jump out of a picture that stood still is flagged already.
+    jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
     part = longest_part(len(frozen), [frame for frame, _ in jumps])
     believed[: part.start] = believed[part.stop :] = False
     flags = (*flags_of(findings, names), *frozen_flags(frozen, names), *jump_flags(jumps, part, names))
-    return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(sorted(flags, key=_first_frame)))
-
-
-def _body_jumps(tracks: xr.Dataset, frozen: np.ndarray) -> list[tuple[int, float]]:
-    """List jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
-    seen = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
-    found = body_jumps(tracks.time.values, seen)
-    return [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
-
-
-def _first_frame(flag: Flag) -> int:
-    return -1 if flag.frames is None else flag.frames[0]
+    ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
+    return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))
 
 
 def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Findings:
@@ -385,10 +378,12 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     """
     seen = seen_in(tracked)
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
+    size = pd.DataFrame(tracked["size"].values)
+    off = (size / size.median() - 1).abs().fillna(0.0)
     suspicions = {
         "lost_marker": (~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
         "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
-        "size": (_wrong_size(tracked), 1, "appears in another size"),
+        "size": (median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF, 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
@@ -399,12 +394,6 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     flags += exchange_flags(tracked, layout)
     flags += _few_frames(tracked)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
-
-
-def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
-    size = pd.DataFrame(tracked["size"].values)
-    off = (size / size.median() - 1).abs().fillna(0.0)
-    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
 def _few_frames(tracked: xr.Dataset) -> list[Flag]:

@@ -150,13 +150,9 @@ def _square(side: int) -> np.ndarray:
 def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
     """Return the two Gaussians' answer in every pixel of a patch: in the middle of a disc `gain` times its contrast."""
     plain = patch.astype(np.float32)
-    inner, outer = (cv2.GaussianBlur(plain, _kernel(width * diameter), width * diameter) for width in _WIDTHS)
+    widths = [width * diameter for width in _WIDTHS]
+    inner, outer = (cv2.GaussianBlur(plain, (2 * ceil(_SIGMAS * sigma) + 1,) * 2, sigma) for sigma in widths)
     return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
-
-
-def _kernel(sigma: float) -> tuple[int, int]:
-    side = 2 * ceil(_SIGMAS * sigma) + 1
-    return side, side
 
 
 def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:

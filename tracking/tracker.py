@@ -9,8 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import Appearance, measure_appearance
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import FAINTER, MISSED, Spacing, assemble_markers
-from tracking.motion import Motion, Prediction
+from tracking.identities import FAINTER, MISSED, Motion, Prediction, Spacing, assemble_markers
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
@@ -176,7 +175,10 @@ class MarkerTracker:
         velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
         streaks = self._streaks(velocity)
         centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
-        self._learn_shutter(centres.streak_px2, velocity[seen])
+        fast = np.isfinite(centres.streak_px2)
+        if fast.any():  # the shutter: squared lengths of their streaks over squared velocities
+            sums = [centres.streak_px2[fast].sum(), (velocity[seen][fast] ** 2).sum()]
+            self.shutter = _KEEP_SHUTTER * self.shutter + sums
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         if self.faint is not None:
@@ -189,12 +191,6 @@ class MarkerTracker:
         """Return the streaks of the markers at that velocity (m, 2), a frame."""
         open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
         return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
-
-    def _learn_shutter(self, streak_px2: np.ndarray, velocity_px: np.ndarray) -> None:
-        """Learn the shutter from the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
-        fast = np.isfinite(streak_px2)
-        if fast.any():
-            self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
 
     def _assigned(self, search: "_Search", predicted: Prediction) -> "_Assignment":
         """Find a spot for each marker: the nearest ones, or all markers at once where these leave a doubt.

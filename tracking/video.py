@@ -268,10 +268,7 @@ class Video:
         with Decoder(self._file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
             self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
-        self._suspect = (
-            0,
-            np.zeros(self.info.frames, bool),
-        )  # number of lost frames, and their mask
+        self._suspect = 0, np.zeros(self.info.frames, bool)  # number of lost frames, and their mask
         self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
 
     def __enter__(self) -> Self:

@@ -83,7 +83,7 @@ class PosteriorResult(Result):
     @cached_property
     def idata(self) -> Any:
         """The draws as ArviZ reads them: groups `posterior`, `sample_stats` and `observed_data`."""
-        from fitting.posterior.quiet_arviz import arviz
+        from fitting.posterior.sampling import arviz
 
         return arviz.from_netcdf(str(self.file), engine="h5netcdf")
 

@@ -31,10 +31,9 @@ from swimcal.session import Session, TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 from tracking.boxes import StartBoxes
-from tracking.camera import to_pool
+from tracking.camera import lens_flags, to_pool
 from tracking.edits import EditLog
 from tracking.formats import FORMATS, export_tracks, to_movement
-from tracking.lens import lens_flags
 from tracking.tracked import SampleState, mask_untrusted, seen_in
 from tracking.video import Video
 

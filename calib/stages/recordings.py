@@ -23,8 +23,8 @@ from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
 from swimcal.tracks import load_tracks, save_tracks
 from tracking.boxes import ImpossibleBoxes
+from tracking.camera import lens_flags
 from tracking.exchanges import exchanged_apart
-from tracking.lens import lens_flags
 from tracking.quality import check_tracks
 from tracking.tracked import as_tracked, drop_repeat_flags, mask_untrusted
 

@@ -22,9 +22,8 @@ from tracking.appearance import Grey
 from tracking.body_chain import find_blobs
 from tracking.boxes import StartBoxes, load_boxes, save_boxes
 from tracking.decoding import is_without_times
-from tracking.doubtful_boxes import doubtful_boxes
 from tracking.edits import EditLog, apply_edits
-from tracking.find_boxes import ClickBoxes, find_boxes
+from tracking.find_boxes import ClickBoxes, doubtful_boxes, find_boxes
 from tracking.follow_video import TRACKERS, Find, Partial, TrackerName, follow_video, retracker
 from tracking.gaps import fill_gaps
 from tracking.quality import trusted

@@ -51,10 +51,6 @@ class Emulator:
     error: np.ndarray
     scatter: np.ndarray
 
-    def covers(self, columns: np.ndarray) -> np.ndarray:
-        """Tell whether points with these terms (s, t) lie among those it was made from, by their leverage, (s,)."""
-        return ((columns @ self.scatter) ** 2).sum(axis=1) <= _FARTHEST
-
     def __call__(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the features (s, k) at coefficients (s, 5)."""
         return terms(coefficients, self.powers) @ self.weights
@@ -71,7 +67,8 @@ def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
     powers = exponents(max(degrees, default=_DEGREES[0]))
     columns = terms(coefficients, powers)
     ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
-    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
+    unit = np.eye(columns.shape[1])
+    scatter = solve_triangular(np.linalg.cholesky(columns.T @ columns + ridge * unit), unit, lower=True).T
     weights = scatter @ (scatter.T @ (columns.T @ features))
     leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
     missed = (features - columns @ weights) / np.maximum(1 - leverage, 0.05)
@@ -101,14 +98,6 @@ def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
     for own, power in zip(table, powers.T, strict=True):  # gathering all five at once takes three times as long
         result *= own[:, power]
     return result
-
-
-def _inverse_root(moments: np.ndarray) -> np.ndarray:
-    """Return a matrix (t, t) whose product with its transpose is the inverse of moments (t, t).
-
-    The moments may be nearly singular.
-    """
-    return solve_triangular(np.linalg.cholesky(moments), np.eye(len(moments)), lower=True).T
 
 
 _POWERS = exponents(2)
@@ -201,7 +190,8 @@ class Likelihood:
         """
         weights, measured, _ = self._white_parts
         columns = terms(coefficients, self.emulator.powers)
-        return np.where(self.emulator.covers(columns), self._of(columns @ weights - measured, sizes), -np.inf)
+        near = ((columns @ self.emulator.scatter) ** 2).sum(axis=1) <= _FARTHEST  # by their leverage
+        return np.where(near, self._of(columns @ weights - measured, sizes), -np.inf)
 
     def whitened(self, rows: np.ndarray) -> np.ndarray:
         """Whiten rows of features (s, k), so that all but the two discrepancies has unit size and no correlation."""

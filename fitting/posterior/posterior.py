@@ -19,9 +19,8 @@ from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.features import SPEED, marker_part
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
-from fitting.posterior.quiet_arviz import arviz
-from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
-from fitting.progress import Progress, part_of
+from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, arviz, fit_surrogate, sample
+from fitting.search import Progress, part_of
 from fitting.trial import HARMONICS
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
@@ -162,9 +161,10 @@ def _flags(posterior: Posterior) -> list[Flag]:
         )
         flags.append(Flag("model_discrepancy", message=message))
     elif posterior.misfit_p < MISFIT_P:
+        p_value = "< 0.001" if posterior.misfit_p < 0.001 else f"= {posterior.misfit_p:.2g}"
         message = (
             "noise and known uncertainties do not explain how far the measured swims are from the twin "
-            f"(p {_round_p(posterior.misfit_p)}): something that the twin lacks moves them, and coefficients may be "
+            f"(p {p_value}): something that the twin lacks moves them, and coefficients may be "
             "off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
@@ -189,10 +189,6 @@ def _flags(posterior: Posterior) -> list[Flag]:
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags
-
-
-def _round_p(p_value: float) -> str:
-    return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
 # The draws on disk.

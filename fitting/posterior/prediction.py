@@ -19,7 +19,7 @@ from fitting.features import SPEED, harmonics_of
 from fitting.forecast import FeatureForecast, Windows, block_of, draws_about, root_of, scatter_of
 from fitting.mode import Mode, coefficient_covariance, jacobian_at
 from fitting.posterior.posterior import Posterior
-from fitting.progress import Progress
+from fitting.search import Progress
 from fitting.session_forecast import Forecast, score_forecast
 from fitting.trial import MeasuredTrial
 from swimcal.flags import Flag
@@ -155,7 +155,9 @@ def predict_sweep(
         speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])
         inner.append(np.quantile(speed, QUANTILES))
         outer.append(np.quantile(speed[:, None] + sd * random.standard_normal((len(speed), _NOISES)), QUANTILES))
-        shrunk.append(np.sqrt(np.diag(_covariance_with(mode, block))) / now)
+        total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
+        jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
+        shrunk.append(np.sqrt(np.diag(coefficient_covariance(total, jacobian))) / now)
     sd_now = posterior.coefficients.std(axis=0, ddof=1)
     return PredictedSweep(frequency_hz, np.transpose(inner), np.transpose(outer), sd_now * np.array(shrunk), sd_now)
 
@@ -215,10 +217,3 @@ def _of_trial(
 def _swing(features: np.ndarray) -> np.ndarray:
     """Return the amplitude (..., m) of each marker's lateral beat."""
     return np.abs(harmonics_of(features)[..., 1, 0])
-
-
-def _covariance_with(mode: Mode, block: Block) -> np.ndarray:
-    """Return the covariance (5, 5) of the coefficients with one more trial."""
-    total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
-    jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
-    return coefficient_covariance(total, jacobian)

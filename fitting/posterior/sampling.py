@@ -6,6 +6,7 @@ emulator so far, half of them moved outward, and the emulator is made anew, unti
 misses counts as an error of the model, so that early rounds look widely.
 """
 
+import warnings
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,10 +17,13 @@ import xarray
 from fitting.coefficient_fit import NAMES
 from fitting.mode import Mode
 from fitting.posterior.emulator import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
-from fitting.posterior.quiet_arviz import arviz
-from fitting.progress import Progress
+from fitting.search import Progress
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS
+
+with warnings.catch_warnings():  # ArviZ announces its next release at the first import of every day
+    warnings.filterwarnings("ignore", message=r"\s*ArviZ is undergoing", category=FutureWarning)
+    import arviz
 
 # The ensemble
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
@@ -147,16 +151,13 @@ def sample(
     while True:
         state = ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
         draws = _judge(ensemble, effective)
-        tell(_describe(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
+        message = (
+            f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
+            f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
+        )
+        tell(message, min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
         if not draws.flags or ensemble.iteration >= _LONGEST:
             return draws
-
-
-def _describe(draws: Draws) -> str:
-    return (
-        f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
-        f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
-    )
 
 
 def _judge(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:

@@ -43,10 +43,6 @@ class AffectedRuns(Runs):
 
     values: np.ndarray = field(kw_only=True)
 
-    def part(self, rows: np.ndarray) -> Self:
-        """Return some of the runs, by their numbers (r,)."""
-        return replace(super().part(rows), values=self.values[rows])
-
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """Join the runs of several parts, one after the other."""

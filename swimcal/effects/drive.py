@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from swimcal.crank import Turn
 from swimcal.effects.effect import Drive, Effect, Parameter
+from swimcal.runs import Turn
 
 WARMING_S = 5.0
 """Time constant of the winding; over as long from the start the mean speed is the measured one."""

@@ -18,9 +18,9 @@ from typing import ClassVar, Literal, NamedTuple
 import mujoco
 import numpy as np
 
-from swimcal.crank import Turn
 from swimcal.mjcf import Scene
 from swimcal.robot import RobotSpec
+from swimcal.runs import Turn
 from swimcal.session_file import TrialKind
 
 _HEAD_JOINTS = 3  # surge, sway, yaw: those of a head that is free

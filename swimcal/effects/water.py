@@ -71,9 +71,8 @@ def roll_response(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, 
     turning = np.exp(1j * np.outer(beat_rad, _HARMONICS))  # (f, 3)
     columns = np.column_stack([np.ones(len(time_s)), turning.real, turning.imag])
     cosine, sine = np.linalg.lstsq(columns, driven, rcond=None)[0][1:].reshape(2, -1)
-    faster = (
-        _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)
-    )  # ratio to the natural frequency
+    # Ratio to the natural frequency
+    faster = _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)
     answer = (cosine - 1j * sine) / (1 - faster**2 + 2j * DAMPING * faster)
     return np.asarray((turning @ answer).real)
 

@@ -151,7 +151,7 @@ def test_boxes_that_cannot_be_used_are_reported(calib: Front, filmed: Path, case
 def test_a_doubtful_box_is_flagged_and_its_samples_count(
     calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(import_module("tracking.doubtful_boxes"), "COMMON", -1.0)
+    monkeypatch.setattr(import_module("tracking.find_boxes"), "COMMON", -1.0)
 
     assert calib("track", with_tracks(filmed, "fast")).code == 0
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())

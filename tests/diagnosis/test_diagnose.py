@@ -19,11 +19,11 @@ from diagnosis.refit import Refit, refit_from
 from diagnosis.result import DIAGNOSIS, parameters_of
 from diagnosis.sentences import which
 from fitting.trial import MeasuredTrial
-from swimcal.crank import CrankTurn
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import NotEnoughData
 from swimcal.results import Provenance
+from swimcal.runs import CrankTurn
 from swimcal.twin import Twin
 from tests.diagnosis.linear_models import ARM, AT, CAMERA, ROBOT, linear, shorter, trials
 

@@ -30,7 +30,7 @@ def easy(monkeypatch: pytest.MonkeyPatch) -> EasySwims:
     """Nothing is simulated: all swim forward, and all phases begin at zero."""
     search = "fitting.published"
     monkeypatch.setattr(FORWARD, lambda _twin, c, _trials: np.ones(len(c), bool))
-    monkeypatch.setattr(f"{search}.seconds_from_rest", lambda _trials: 0.0)
+    monkeypatch.setattr(f"{search}.probed_hz", lambda _trials: np.inf)
     monkeypatch.setattr(f"{search}.phase_from_harmonic", lambda _twin, _trial, c, _hz: np.zeros(len(c)))
     monkeypatch.setattr(f"{search}._BAYESIAN_SHARE", 0.01)
     return EasySwims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=1.2))

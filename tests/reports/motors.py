@@ -6,8 +6,8 @@ import numpy as np
 
 from fitting.motor_clock import MotorClock, MotorRecord
 from reports.context import LoggedTrial
-from swimcal.crank import CrankTurn
 from swimcal.motor_log import MotorCommands, MotorLog
+from swimcal.runs import CrankTurn
 
 OFFSET_S, RATE = 3.0, 1.001  # of the motor's clock against the video's
 DRIVE_S = (2.0, 8.0)  # on the video's clock

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from swimcal.crank import CrankTurn
 from swimcal.robot import load_robot
-from swimcal.runs import Runs
+from swimcal.runs import CrankTurn, Runs
 from swimcal.twin import Twin
 
 HZ = 0.9

@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swimcal.crank import CrankTurn
 from swimcal.mjcf import DRY as DRY_SCENE
 from swimcal.motor_log import load_motor
-from swimcal.runs import Runs
+from swimcal.runs import CrankTurn, Runs
 from swimcal.session import load_session
 from swimcal.twin import Twin
 from swimsynth.plan import SyntheticPlan, SyntheticTrial, in_image

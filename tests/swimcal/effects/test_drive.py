@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from swimcal.crank import Turn
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Drive, Effect
 from swimcal.mjcf import DRY
+from swimcal.runs import Turn
 from swimcal.twin import Twin
 from tests.swimcal.robots import FISH
 

@@ -7,8 +7,8 @@ import pytest
 
 from swimcal.session_file import CameraCalibration, CameraSpec, load_camera
 from tests.tracking.lens.conftest import LENS
-from tracking.camera import to_rays
-from tracking.lens import lens_flags, save_camera
+from tracking.camera import lens_flags, to_rays
+from tracking.lens import save_camera
 
 KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
 

@@ -10,7 +10,7 @@ from swimcal.session_file import CameraCalibration
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
 from tracking.board import Corners
-from tracking.lens_fit import fit_lens, lens_covariance
+from tracking.lens import fit_lens, lens_covariance
 
 NOISE_PX = 0.05
 TRUTH = np.array([LENS.fx_px, LENS.fy_px, LENS.cx_px, LENS.cy_px, *LENS.distortion])

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracking.motion import Prediction
+from tracking.identities import Prediction
 from tracking.spots import Spots
 from tracking.tracker import assign
 

@@ -7,7 +7,7 @@ import pytest
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.appearance import Appearance
 from tracking.boxes import Box, StartBoxes
-from tracking.doubtful_boxes import doubtful_boxes, odd_one_out
+from tracking.find_boxes import doubtful_boxes, odd_one_out
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))

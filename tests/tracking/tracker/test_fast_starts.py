@@ -10,8 +10,7 @@ import pytest
 from benchmarks.tracking.fast_starts import FastStart, draw_clips, follow_clips
 from tests.cases import later
 from tests.tracking.tracker.pool import Pool
-from tracking.identities import Spacing, assemble_markers
-from tracking.motion import Prediction
+from tracking.identities import Prediction, Spacing, assemble_markers
 from tracking.spots import Spots
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracking.motion import Motion
+from tracking.identities import Motion
 
 DIAMETER = np.full(4, 14.0)
 
