@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
-from fitting.search import Progress
+from fitting.progress import Progress
 from swimcal.errors import Fault, InputError
 from swimcal.results import Provenance
 from swimcal.session import Session, file_hashes

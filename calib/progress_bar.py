@@ -13,7 +13,7 @@ from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextCo
 from rich.progress import Progress as RichProgress
 from rich.text import Text
 
-from fitting.search import Progress
+from fitting.progress import Progress
 
 EVERY_S = 10.0
 _SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others

@@ -39,7 +39,7 @@ from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fi
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
-from fitting.search import Progress, part_of
+from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData

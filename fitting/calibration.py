@@ -29,8 +29,8 @@ from fitting.left_out import (
     left_out_flags,
 )
 from fitting.phase import Scores, fit_phase, forecast, score
+from fitting.progress import Progress, part_of
 from fitting.published import PublishedFit, Swims, published_search
-from fitting.search import Progress, part_of
 from fitting.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.structure import Structure, uncertainties_of
 from fitting.trial import MeasuredTrial

@@ -14,7 +14,8 @@ from threadpoolctl import threadpool_limits
 
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode, SearchEnd, SessionModel
-from fitting.search import Progress, find_mode
+from fitting.progress import Progress
+from fitting.search import find_mode
 from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import Roll

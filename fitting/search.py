@@ -6,7 +6,7 @@ and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many st
 the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -18,13 +18,11 @@ from scipy.stats import qmc
 from fitting.covariance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.features import SPEED
 from fitting.mode import Mode, SearchEnd, SessionModel, blocks_at, broyden, coefficient_covariance, jacobian_at
+from fitting.progress import Progress
 from fitting.trial_model import NO_ROLL, ROLL_SD, Roll, trajectories_together
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
 from swimcal.runs import Trajectories
-
-Progress = Callable[[str, float | None], None]
-"""Function that takes a message and the share of the time that is spent, None when unknown."""
 
 # The search
 _SCREENED = 128  # points that are simulated to begin with
@@ -49,21 +47,6 @@ _ASKED = 16  # points of these that are simulated from rest
 _LOOKED_AT = 4  # points of these that are simulated in the trials
 _STILL = 0.2  # a step shorter than this, in standard deviations of the coefficients, is the last
 _SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
-
-
-def part_of(tell: Progress, start: float, end: float) -> Progress:
-    """Return a progress for a part that takes the time of the whole from share `start` to share `end`.
-
-    Args:
-        tell: progress of the whole.
-        start: share of the time at which the part begins.
-        end: share of the time at which it ends.
-    """
-
-    def tell_whole(message: str, share: float | None) -> None:
-        tell(message, None if share is None else start + (end - start) * share)
-
-    return tell_whole
 
 
 def find_mode(

@@ -38,7 +38,7 @@ from fitting.calibration_file import (
 )
 from fitting.ebt import FORMS
 from fitting.mode import Mode, SessionModel, mode_at
-from fitting.search import part_of
+from fitting.progress import part_of
 from fitting.structure import (
     BUILT_IN,
     STRUCTURE,

@@ -20,7 +20,7 @@ from fitting.features import SPEED, marker_part
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
 from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, arviz, fit_surrogate, sample
-from fitting.search import Progress, part_of
+from fitting.progress import Progress, part_of
 from fitting.trial import HARMONICS
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients

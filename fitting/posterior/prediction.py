@@ -19,7 +19,7 @@ from fitting.features import SPEED, harmonics_of
 from fitting.forecast import FeatureForecast, Windows, block_of, draws_about, root_of, scatter_of
 from fitting.mode import Mode, coefficient_covariance, jacobian_at
 from fitting.posterior.posterior import Posterior
-from fitting.search import Progress
+from fitting.progress import Progress
 from fitting.session_forecast import Forecast, score_forecast
 from fitting.trial import MeasuredTrial
 from swimcal.flags import Flag

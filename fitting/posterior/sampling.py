@@ -17,7 +17,7 @@ import xarray
 from fitting.coefficient_fit import NAMES
 from fitting.mode import Mode
 from fitting.posterior.emulator import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
-from fitting.search import Progress
+from fitting.progress import Progress
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 

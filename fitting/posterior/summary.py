@@ -30,7 +30,7 @@ from fitting.posterior.posterior import (
     robot_parts,
 )
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
-from fitting.search import Progress, part_of
+from fitting.progress import Progress, part_of
 from fitting.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
 from fitting.trial import HARMONICS, MeasuredTrial
 from fitting.trial_checks import BEARING
