@@ -193,7 +193,7 @@ CHANGES: Mapping[str, Callable[[float], Change]] = {
     "unequal tendons": lambda s: _unequal_tendons(0.0015 * s),
     "slack": lambda s: _slack(0.0012 * s),
     "soft tendons": lambda s: _soft_tendons(3.0 * s),
-    "crank arm": lambda s: _crank_arm(0.06 * s),
+    "crank arm": lambda s: _crank_arm(-0.05 * s),
     "stiffer": lambda s: Change(
         right=("stiffness_error",), stage="tail", compiled=_each_hinge(lambda _n: 1 + 0.2 * s, "jnt_stiffness")
     ),
