@@ -303,10 +303,11 @@ def _film(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate and film one swim: stamps (n,), s, and pixels (n, marker, 2)."""
     seconds = max(_LEAST_S, WARMUP_S + _BEATS / hz)
-    dense_s, points = _simulate(change, coefficients, hz, _SETTLING_S + seconds + 0.1)
+    heading_rad = random.uniform(0, 2 * np.pi)
+    dense_s, points = _simulate(change, coefficients, hz, _SETTLING_S + seconds + 0.1, heading_rad)
     aside_m_s, turn_rad_s = random.standard_normal(2) * (_ASIDE_M_S, _TURN_RAD_S)
     points[..., 1] += aside_m_s * dense_s[:, None]  # along y, which the fish swims across
-    points = _turned(points, random.uniform(0, 2 * np.pi) + turn_rad_s * (dense_s - _SETTLING_S))
+    points = _turned(points, heading_rad + turn_rad_s * (dense_s - _SETTLING_S))
     filmed = dense_s > _SETTLING_S
     flat = points[..., :2] - points[filmed][:, :, :2].mean(axis=(0, 1))
     flat /= 1 - points[..., 2:] / change.height_m
@@ -317,13 +318,17 @@ def _film(
 
 
 def _simulate(
-    change: Change, coefficients: FluidCoefficients, hz: float, seconds: float
+    change: Change, coefficients: FluidCoefficients, hz: float, seconds: float, heading_rad: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (n,), s, and markers (n, marker, 3), m, at every step."""
+    """Return times (n,), s, and markers (n, marker, 3), m, at every step, before they are turned by the heading.
+
+    A current is the pool's: here, where the fish always swims along -x, it comes from elsewhere in each swim.
+    """
     spec = build_mjcf(load_robot(), coefficients)
     change.model(spec)
     model = spec.compile()
     change.compiled(model)
+    model.opt.wind[:] = _turned(model.opt.wind[None], np.array([-heading_rad]))[0]
     data = mujoco.MjData(model)
     data.qvel[0] = -0.14 * hz
     sites = [model.site(f"marker_{name}").id for name in FISHSIM_MARKERS]
@@ -344,8 +349,9 @@ def _simulate(
 
 def _turned(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
     turned = points.copy()
-    c, s = np.cos(angle_rad)[:, None], np.sin(angle_rad)[:, None]
-    turned[..., 0], turned[..., 1] = c * points[..., 0] - s * points[..., 1], s * points[..., 0] + c * points[..., 1]
+    x, y = points[..., 0], points[..., 1]
+    c, s = (each.reshape(len(each), *[1] * (x.ndim - 1)) for each in (np.cos(angle_rad), np.sin(angle_rad)))
+    turned[..., 0], turned[..., 1] = c * x - s * y, s * x + c * y
     return turned
 
 
