@@ -134,6 +134,15 @@ class Records(Generic[Record]):
         return self.folder / f"{name}.json"
 
 
+def write_record(path: Path, record: Any) -> None:
+    """Write one record as plain JSON.
+
+    Raises:
+        ResultsNotWritable: it cannot be written.
+    """
+    write_whole(path, json.dumps(plain_json(to_plain(record)), indent=1) + "\n")
+
+
 def write_lines(path: Path, records: Sequence[Any]) -> None:
     """Write records, a line each: files of several shards, one after the other, are a file as well.
 

@@ -186,7 +186,8 @@ def plain(
 ) -> None:
     """Make sessions of the exported twin in plain MuJoCo with one change each, have them diagnosed, and score that."""
     from benchmarks.cases import Run
-    from benchmarks.effects.plain import diagnose_plain, make_plain, plan_plain, score_plain, scores_of_plain
+    from benchmarks.effects.plain import make_plain, plan_plain
+    from benchmarks.effects.plain_scoring import diagnose_plain, score_plain, scores_of_plain
     from calib.progress_bar import progress_bar
 
     if part == "make":

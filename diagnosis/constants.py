@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fitting.features import marker_part
-from fitting.mode import NuisanceModel, PlacementUncertainty
+from fitting.session_model import NuisanceModel, PlacementUncertainty
 from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assumed, perturbed_twins
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin
@@ -69,7 +69,7 @@ LAUNCHES = {0.0: 0.4, 0.3: 0.2, 1.0: 0.25, 4.0: 0.15}
 None in the second simulator; simulated wakes differ by 6 to 50 mrad/s, launches of the real robot by 40 to 70.
 """
 UNLIKELY = 1e-4
-"""Weight, against the likeliest, below which a size of that is not tried with all sets of effects. Convention."""
+"""Weight of such a size, against the likeliest, below which not all sets of effects are tried with it. Convention."""
 WITHIN = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "crank_arm": 0.005, "mass": 0.02}
 """Relative standard deviation of each number of a robot about its description, as dry experiments determine it."""
 WIDER = 5.0

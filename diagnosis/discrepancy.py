@@ -36,8 +36,8 @@ from diagnosis.constants import (
 )
 from fitting.covariance import along_body, harmonic_decay
 from fitting.features import COURSE, OF_A_MARKER, SLIDES, SPEED, advance_phase
-from fitting.mode import SessionModel
 from fitting.pool import tail_markers
+from fitting.session_model import SessionModel
 from fitting.signatures import Signature, little
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import Fault, InputError

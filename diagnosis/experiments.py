@@ -30,9 +30,9 @@ from diagnosis.linear_model import LinearModel
 from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import Verdict
 from fitting.affected_trials import imagined, picture_px
-from fitting.decay_fit import Ring, ring_changes, shows_in_decays
-from fitting.mode import SessionModel
 from fitting.noise import FeatureNoise
+from fitting.ring import Ring, ring_changes, shows_in_decays
+from fitting.session_model import SessionModel
 from fitting.signatures import signature_of
 from fitting.trial import MeasuredTrial
 from swimcal.effects.affected_twin import AffectedTwin

@@ -22,11 +22,12 @@ from diagnosis.constants import (
 from diagnosis.discrepancy import Discrepancy, GaussianProcessDiscrepancy, generic_covariance
 from fitting.affected_trials import with_picture
 from fitting.covariance import apart
-from fitting.decay_fit import Ring, fit_decay
+from fitting.decay_fit import fit_decay
 from fitting.features import COURSE, SPEED, marker_part, places_of_slides
 from fitting.free_decay import DecayTrial
 from fitting.hinges import fault_of_decay
-from fitting.mode import NuisanceModel, PlacementUncertainty, SessionModel
+from fitting.ring import Ring
+from fitting.session_model import NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.signatures import PRIOR_SD, Whitened, residual_row, row_covariance, row_slopes
 from fitting.trial import NOTHING, ExperimentsInAir, MeasuredTrial
 from fitting.trial_model import START_PHASE_RAD, TrialModel

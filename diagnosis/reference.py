@@ -43,7 +43,7 @@ from fitting.affected_trials import with_picture
 from fitting.covariance import LN_LENGTH
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
 from fitting.features import advance_phase
-from fitting.mode import NuisanceModel, SessionModel
+from fitting.session_model import NuisanceModel, SessionModel
 from fitting.signatures import PRIOR_SD, Signature, little
 from fitting.trial import MeasuredTrial
 from swimcal.effects.effect import Effect

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from fitting.decay_fit import Ring, ring_changes
-from fitting.mode import SessionModel
+from fitting.ring import Ring, ring_changes
+from fitting.session_model import SessionModel
 from fitting.trial import MeasuredTrial, measure_trial
 from fitting.trial_model import TrialModel
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin

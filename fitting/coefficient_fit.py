@@ -13,9 +13,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.forecast import NORMAL_90
-from fitting.mode import Mode, SearchEnd, SessionModel
+from fitting.mode import Mode, SearchEnd
 from fitting.progress import Progress
 from fitting.search import find_mode
+from fitting.session_model import SessionModel
 from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import Roll

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from fitting.free_decay import DecaySpectrum, DecayTrial
-from fitting.pool import LastingNoise
+from fitting.lasting_noise import LastingNoise
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.mjcf import FREE_DECAY, Scene, build_mjcf

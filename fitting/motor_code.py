@@ -15,16 +15,8 @@ import numpy as np
 import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fitting.pool import (
-    LastingNoise,
-    RegressionProblem,
-    bridged,
-    descend,
-    head_frame,
-    head_is_trusted,
-    in_pool,
-    regress,
-)
+from fitting.lasting_noise import LastingNoise, RegressionProblem, descend, regress
+from fitting.pool import bridged, head_frame, head_is_trusted, in_pool
 from swimcal.robot import RobotSpec
 from swimcal.runs import CrankTurn
 from swimcal.session_file import CameraSpec

@@ -17,8 +17,9 @@ from scipy.stats import qmc
 
 from fitting.covariance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.features import SPEED
-from fitting.mode import Mode, SearchEnd, SessionModel, blocks_at, broyden, coefficient_covariance, jacobian_at
+from fitting.mode import Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.progress import Progress
+from fitting.session_model import SessionModel
 from fitting.trial_model import NO_ROLL, ROLL_SD, Roll, trajectories_together
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS

@@ -20,7 +20,7 @@ from scipy.linalg import block_diag, solve_triangular
 
 from fitting.affected_trials import AffectedSession, plain_features
 from fitting.covariance import COEFFICIENT_SD, apart
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 from fitting.trial import MeasuredTrial
 from swimcal.effects.effect import Effect
 from swimcal.mjcf import COEFFICIENT_BOUNDS

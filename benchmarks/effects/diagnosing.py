@@ -26,8 +26,8 @@ class ProgramFailed(RuntimeError):
     """Failure of a program that ended with an error; its last words are the message."""
 
 
-def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
-    """Diagnose as `calib diagnose --effort quick` does, on one core."""
+def diagnose(session: Path, discrepancy: Discrepancy | None = None, without: frozenset[str] = frozenset()) -> None:
+    """Diagnose as `calib diagnose --effort quick` does, on one core; by default with the shipped discrepancy."""
     Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
 
 

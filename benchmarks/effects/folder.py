@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 
+from benchmarks.cases import write_record
 from diagnosis.discrepancy import shipped_discrepancy
 from swimcal.errors import Fault, InputError
-from swimcal.results import from_plain, plain_json, to_plain, write_whole
+from swimcal.results import from_plain
 
 DIAGNOSIS = Path("results") / "diagnosis.json"
 SECONDS = Path("results") / "diagnosis.seconds"
@@ -52,7 +53,7 @@ class Answer:
         Raises:
             ResultsNotWritable: the folder is not writable.
         """
-        write_whole(path, json.dumps(plain_json(to_plain(self)), indent=1) + "\n")
+        write_record(path, self)
 
 
 class SuiteFolder:

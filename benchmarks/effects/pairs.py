@@ -5,7 +5,6 @@ in a wake, trim. The answers lie apart from the sessions; only the scorer opens 
 the second session would show without noise, with and without the effect, for the detectability of the difference.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from benchmarks.cases import write_record
 from benchmarks.effects.drawn import DrawnTrial, DrawnWorld
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.generators import GENERATORS, Generator
@@ -21,7 +21,6 @@ from benchmarks.effects.suite import SLOWEST_HZ, WARMUP_S, Recorded, SessionPlan
 from benchmarks.reality import Recording
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import SimulationDiverged
-from swimcal.results import plain_json, to_plain, write_whole
 from swimsynth.plan import trial_name
 
 REFERENCE, CHANGED = "reference", "changed"
@@ -104,7 +103,7 @@ def _make(folder: Path, name: GeneratorName, generator: Generator, plan: PairPla
     (folder / "answers").mkdir(exist_ok=True)
     np.savez_compressed(folder / "answers" / f"{plan.name}.npz", allow_pickle=False, **truth)
     answer = PairAnswer(plan.name, name, plan.effect, strength, plan.seed)
-    write_whole(folder / "answers" / f"{plan.name}.json", json.dumps(plain_json(to_plain(answer)), indent=1) + "\n")
+    write_record(folder / "answers" / f"{plan.name}.json", answer)
     return answer
 
 

@@ -42,15 +42,16 @@ class PixelTracks:
         return replace(self, position_px=position_px)
 
 
-Fault = Callable[[PixelTracks], PixelTracks]
+PictureFault = Callable[[PixelTracks], PixelTracks]
+"""What is wrong with a camera, a clock or a tracker, as it changes tracks."""
 
 
-def offset(marker: str, across_m: float) -> Fault:
+def offset(marker: str, across_m: float) -> PictureFault:
     """Put a marker aside by a length."""
     return lambda tracks: tracks.moved(marker, across_m * tracks.px_per_m * tracks.across(marker))
 
 
-def drift(marker: str, speed_m_s: float) -> Fault:
+def drift(marker: str, speed_m_s: float) -> PictureFault:
     """Let a marker creep aside at a speed."""
 
     def fault(tracks: PixelTracks) -> PixelTracks:
@@ -60,7 +61,7 @@ def drift(marker: str, speed_m_s: float) -> Fault:
     return fault
 
 
-def lens(k1: float) -> Fault:
+def lens(k1: float) -> PictureFault:
     """Draw a radius r at r (1 + k1 r^2), where r is 1 at the picture's lower edge."""
 
     def fault(tracks: PixelTracks) -> PixelTracks:
@@ -71,12 +72,12 @@ def lens(k1: float) -> Fault:
     return fault
 
 
-def clock(factor: float) -> Fault:
+def clock(factor: float) -> PictureFault:
     """Stamp the frames as if a second lasted `factor` seconds."""
     return lambda tracks: replace(tracks, time_s=tracks.time_s * factor)
 
 
-def shutter(readout_s: float) -> Fault:
+def shutter(readout_s: float) -> PictureFault:
     """Expose the lowest line by the readout later than the highest."""
 
     def fault(tracks: PixelTracks) -> PixelTracks:
@@ -90,7 +91,7 @@ def shutter(readout_s: float) -> Fault:
     return fault
 
 
-def shaken(amplitude_px: float, hz: float = 0.37) -> Fault:
+def shaken(amplitude_px: float, hz: float = 0.37) -> PictureFault:
     """Move the camera to and fro."""
 
     def fault(tracks: PixelTracks) -> PixelTracks:

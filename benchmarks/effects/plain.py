@@ -4,7 +4,6 @@ The water is the twin's own, so that only the change is missing from it: whoever
 anywhere. Changes are model fields, forces at each step, the motor's command, or what a camera does to the picture.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,18 +12,12 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
-from threadpoolctl import threadpool_limits
 
-from benchmarks.cases import Failure, Run, run_cases
-from benchmarks.effects.folder import DIAGNOSIS
-from benchmarks.effects.pictures import Fault, PixelTracks, clock, drift, lens, offset, shaken, shutter
+from benchmarks.cases import write_record
+from benchmarks.effects.pictures import PictureFault, PixelTracks, clock, drift, lens, offset, shaken, shutter
 from benchmarks.effects.suite import WARMUP_S, apart, in_turn
-from benchmarks.scores import Measure, Scores, Share, Table
-from calib.options import Options
-from calib.pipeline import Pipeline, open_session
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
 from swimcal.mjcf import FluidCoefficients, build_mjcf
-from swimcal.results import from_plain, plain_json, to_plain, write_whole
 from swimcal.robot import load_robot
 from swimcal.tracks import as_tracks, save_tracks
 from swimsynth.plan import trial_name
@@ -39,7 +32,6 @@ _SETTLING_S = 5.0  # A swim is filmed from this long after its start.
 _BEATS, _LEAST_S = 5.0, 6.0  # beats after the warm-up, and the least length of a film
 _NOISE_PX = 0.3
 _ASIDE_M_S, _TURN_RAD_S = 0.003, 0.01  # launches differ by a slip aside and a turn
-_SURE = 0.9
 _COEFFICIENT_SD = 0.2  # of the logarithm of each coefficient, about values of a calibrated twin
 _CALIBRATED = FluidCoefficients(0.45, 2.5, 6.0, 4.2, 0.8)
 
@@ -48,17 +40,17 @@ Force = Callable[[mujoco.MjModel, mujoco.MjData], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
-    """One change of the robot, its water, its drive or the camera, and the names that tell it rightly.
+    """A change of the robot, its water, its drive or the camera.
 
     Attributes:
-        right: names of the catalogue that tell this change; none where the catalogue lacks it.
+        right: names that the catalogue has for it; none where the catalogue lacks it.
         stage: stage in which it acts.
         model: changes the model before it is compiled.
         compiled: changes the compiled model.
         force: adds forces to `qfrc_applied` or `xfrc_applied`, which are zero before, at each step.
-        speed: crank speed over its commanded value, from the commanded frequency and the time, s.
+        speed: crank speed over its commanded value, from the command, Hz, the time, s, and the crank's angle, rad.
         fault: changes the tracks in pixels.
-        height_m: height of the camera above the plane of the scale.
+        height_m: height of the camera above the plane of the scale, m.
         scale: stated over true distance between nose and neck.
     """
 
@@ -68,7 +60,7 @@ class Change:
     compiled: Callable[[mujoco.MjModel], None] = lambda _model: None
     force: Force | None = None
     speed: Callable[[float, float, float], float] = lambda _hz, _time_s, _angle_rad: 1.0
-    fault: Fault = lambda tracks: tracks
+    fault: PictureFault = lambda tracks: tracks
     height_m: float = np.inf
     scale: float = 1.0
 
@@ -184,7 +176,7 @@ def _ripple(share: float) -> Change:
     )
 
 
-def _seen(fault: Fault, right: str = "", stage: str = "camera") -> Change:
+def _seen(fault: PictureFault, right: str = "", stage: str = "camera") -> Change:
     return Change(right=(right,) if right else (), stage=stage, fault=fault)
 
 
@@ -233,7 +225,7 @@ CHANGES: Mapping[str, Callable[[float], Change]] = {
 
 @dataclass(frozen=True)
 class PlainAnswer:
-    """What was changed in one session: its name here, strength, stage, and the effects that tell it rightly."""
+    """Answer of one session: what was changed, how strongly, at which stage, and its names in the catalogue."""
 
     session: str
     change: str | None
@@ -268,7 +260,7 @@ def make_plain(folder: Path, plans: Sequence[PlainPlan]) -> int:
     (folder / "answers").mkdir(parents=True, exist_ok=True)
     for plan in todo:
         answer = _make(folder, plan)
-        write_whole(folder / "answers" / f"{plan.name}.json", json.dumps(plain_json(to_plain(answer)), indent=1) + "\n")
+        write_record(folder / "answers" / f"{plan.name}.json", answer)
     return len(todo)
 
 
@@ -353,82 +345,3 @@ def _turned(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
     c, s = (each.reshape(len(each), *[1] * (x.ndim - 1)) for each in (np.cos(angle_rad), np.sin(angle_rad)))
     turned[..., 0], turned[..., 1] = c * x - s * y, s * x + c * y
     return turned
-
-
-def diagnose_plain(folder: Path, run: Run) -> tuple[Failure, ...]:
-    """Diagnose the sessions that have no diagnosis yet, as `calib diagnose --effort quick` does."""
-    todo = {path.parent.name: path.parent for path in sorted(folder.glob("m*/session.toml"))}
-    return run_cases(_diagnose, {name: at for name, at in todo.items() if not (at / DIAGNOSIS).exists()}, run)
-
-
-@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def _diagnose(session: Path) -> None:
-    Pipeline(open_session(session), Options("quick", workers=1)).diagnosis()
-
-
-@dataclass(frozen=True)
-class PlainCase:
-    """Answer and diagnosis of one session."""
-
-    answer: PlainAnswer
-    verdict: str
-    groups: tuple[tuple[str, ...], ...]
-    probabilities: dict[str, float]
-    adequate: float
-
-    @property
-    def right(self) -> bool:
-        """Whether the first group holds the change; of what the catalogue lacks or of nothing: no name is told."""
-        if self.answer.change is None:
-            return self.verdict == "no_gap"
-        if not self.answer.right:
-            return not self.groups and self.verdict == "unexplained"
-        return bool(self.groups) and bool({*self.answer.right} & {*self.groups[0]})
-
-    @property
-    def sure_and_wrong(self) -> bool:
-        """Whether another effect has a probability above 0.9."""
-        return any(chance > _SURE and name not in self.answer.right for name, chance in self.probabilities.items())
-
-
-def score_plain(folder: Path) -> tuple[PlainCase, ...]:
-    """Read answers and diagnoses of all sessions that are diagnosed."""
-    cases = []
-    for path in sorted((folder / "answers").glob("m*.json")):
-        found = folder / path.stem / DIAGNOSIS
-        if found.exists():
-            told = json.loads(found.read_bytes())
-            chances = {name: chance for name, chance in told["probabilities"].items() if name != "none_of_these"}
-            groups = tuple(tuple(group) for group in told["groups"])
-            answer = from_plain(PlainAnswer, json.loads(path.read_bytes()))
-            cases.append(PlainCase(answer, told["verdict"], groups, chances, told["adequate"]["p_value"]))
-    return tuple(cases)
-
-
-def scores_of_plain(cases: Sequence[PlainCase], command: str) -> Scores:
-    """Return the table of the scores."""
-    changed = [case for case in cases if case.answer.right]
-    unchanged = [case for case in cases if case.answer.change is None]
-    lacking = [case for case in cases if case.answer.change is not None and not case.answer.right]
-    measures = {
-        "right": Measure("all sessions: right", Share.among(cases, lambda c: c.right), "92 %"),
-        "first": Measure("changes of the catalogue: named first", Share.among(changed, lambda c: c.right)),
-        "none": Measure("no change: no gap", Share.among(unchanged, lambda c: c.right)),
-        "lacking": Measure("changes that the catalogue lacks: unexplained", Share.among(lacking, lambda c: c.right)),
-        "wrong": Measure("wrong and sure (above 0.9)", Share.among(cases, lambda c: c.sure_and_wrong), "0"),
-    }
-    rows = tuple(
-        (
-            case.answer.session,
-            case.answer.change or "nothing",
-            f"{case.answer.strength:.2f}",
-            case.verdict,
-            "; ".join(" or ".join(group) for group in case.groups),
-            ", ".join(f"{name} {case.probabilities.get(name, 0.0):.2f}" for name in case.answer.right),
-            f"{case.adequate:.2g}",
-        )
-        for case in cases
-    )
-    heads = ("session", "changed", "strength", "verdict", "named", "probability of the truth", "adequacy p")
-    table = Table.of("The exported twin in plain MuJoCo, one change each.", {"found": measures})
-    return Scores("Plain MuJoCo", "synthetic sessions", command, (table, Table("Every session.", heads, rows)))

@@ -4,17 +4,16 @@ The trials are split into a reference and a second session in four ways. What di
 every pair; a fault of the camera, the clock or the tracker is in some.
 """
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cases import write_record
 from benchmarks.effects.pairs import CHANGED, REFERENCE, PairAnswer, PairPlan
-from benchmarks.effects.pictures import Fault, PixelTracks, clock, drift, lens, offset, shutter
+from benchmarks.effects.pictures import PictureFault, PixelTracks, clock, drift, lens, offset, shutter
 from benchmarks.effects.suite import in_turn
 from swimcal.create_session import FISHSIM_FPS, FISHSIM_MARKERS, FISHSIM_SCALE_M, new_folder, write_session_toml
-from swimcal.results import plain_json, to_plain, write_whole
 from swimcal.tracks import as_tracks, load_tracks, pixels_of, save_tracks
 
 SPLITS = (
@@ -24,7 +23,7 @@ SPLITS = (
     (("f0_75", "f1_00", "f1_75"), ("f0_50", "f1_25")),
 )
 """Trials of the reference and of the second session."""
-FAULTS: Mapping[str, Callable[[float], Fault]] = {
+FAULTS: Mapping[str, Callable[[float], PictureFault]] = {
     "time_base_error": lambda sign: clock(1 + 0.06 * sign),
     "head_frame_misalignment": lambda sign: offset("neck", 0.010 * sign),
     "tracker_drift": lambda sign: drift("tail_4", 0.006 * sign),
@@ -58,11 +57,11 @@ def make_real(folder: Path, source: Path, plans: tuple[PairPlan, ...]) -> int:
             fault = FAULTS[plan.effect](sign) if plan.effect and label == CHANGED else None
             _write(folder / plan.name / label, source, trials, fault)
         answer = PairAnswer(plan.name, "real", plan.effect, sign, plan.seed)
-        write_whole(folder / "answers" / f"{plan.name}.json", json.dumps(plain_json(to_plain(answer)), indent=1) + "\n")
+        write_record(folder / "answers" / f"{plan.name}.json", answer)
     return len(todo)
 
 
-def _write(folder: Path, source: Path, trials: tuple[str, ...], fault: Fault | None) -> None:
+def _write(folder: Path, source: Path, trials: tuple[str, ...], fault: PictureFault | None) -> None:
     with new_folder(folder) as part:
         tables, fps = [], FISHSIM_FPS
         for name in trials:

@@ -18,8 +18,9 @@ from diagnosis.constants import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.features import advance_phase, phase_between
-from fitting.mode import PlacementUncertainty, SessionModel, broyden
+from fitting.mode import broyden
 from fitting.noise import FeatureNoise
+from fitting.session_model import PlacementUncertainty, SessionModel
 from fitting.signatures import (
     LONG,
     PRIOR_SD,

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.mode import SessionModel
 from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
 from fitting.search import find_mode
+from fitting.session_model import SessionModel
 from swimcal.flags import Flag
 
 EFFECTIVE = 100  # effective sample size asked for

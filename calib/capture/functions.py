@@ -1,9 +1,6 @@
 """The functions `calib.capture.scan`, `run` and `emulate`, and the commands of the same names that call them.
 
-`main` is the commands' parser: ``calib capture scan | run | emulate``, also ``python -m calib.capture``. `LiveLine` is
-the line of a terminal that shows speed, current and temperature of the motor while it is driven. It has a thread of its
-own: a terminal that takes nothing more (after Ctrl-S, over a slow line) must not keep the loop that drives the motor
-from its beat.
+`main` is the commands' parser: ``calib capture scan | run | emulate``, also ``python -m calib.capture``.
 """
 
 from __future__ import annotations
@@ -11,19 +8,16 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-import os
-import shutil
 import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-from calib.capture import registers
 from calib.capture.bus import BAUD_RATES, INTERRUPTED, CaptureError, Interrupted, UserError, open_port
 from calib.capture.emulator import STALL_NM, Emulator, run_emulator
-from calib.capture.motor import Limits, Reading
+from calib.capture.live import LiveLine, live_line
+from calib.capture.motor import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.trials import (
     BAUD_ORDER,
@@ -38,11 +32,6 @@ from calib.capture.trials import (
 )
 
 HIGHEST_SUPPLY_V = 14.8
-EVERY_S = 0.25
-PATIENCE_S = 0.5
-"""Time that a terminal gets to take what is written, before the program goes on without."""
-_CLEAR = "\r\x1b[K"
-
 REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
 
 
@@ -216,80 +205,6 @@ def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:
             faults.append(f"--hz: found {found}; expected: 0.01 to {most:.2f} crank turns/s; {REACH}")
         speeds.append(speed)
     return tuple(speeds)
-
-
-# The line that shows the motor.
-
-
-def describe(trial: str, end_s: float, reading: Reading) -> str:
-    """Describe a reading: `f0_60: 0.600 turns/s, 0.42 A, 34 degrees C, 18 s left`."""
-    measured = reading.measured
-    speed = f"{registers.turns_per_s(measured.velocity):.3f} turns/s"
-    current = f"{abs(measured.current) * registers.AMPERE:.2f} A"
-    return (
-        f"{trial}: {speed}, {current}, {measured.temperature} degrees C, {max(0.0, end_s - reading.time_s):.0f} s left"
-    )
-
-
-class LiveLine:
-    """A line that is written again and again with the newest reading.
-
-    Args:
-        write: writes text to the terminal; it may block.
-        columns: width of the terminal.
-    """
-
-    def __init__(self, write: Callable[[str], object], columns: int = 80) -> None:
-        self._write, self._columns = write, columns
-        self._newest: tuple[str, float, Reading] | None = None
-        self._writing, self._ended = threading.Lock(), threading.Event()
-        self._thread = threading.Thread(target=self._repeat, name="live line", daemon=True)
-        self._thread.start()
-
-    def __call__(self, trial: str, end_s: float, reading: Reading) -> None:
-        """Take the newest reading; this only keeps it."""
-        self._newest = trial, end_s, reading
-
-    def clear(self) -> None:
-        """Take the line away, so that another can be printed in its place."""
-        shown, self._newest = self._newest, None
-        if shown and self._writing.acquire(timeout=PATIENCE_S):
-            with contextlib.suppress(OSError, ValueError):
-                self._write(_CLEAR)
-            self._writing.release()
-
-    def end(self) -> None:
-        """Take the line away for good."""
-        self.clear()
-        self._ended.set()
-        self._thread.join(PATIENCE_S)
-
-    def _repeat(self) -> None:
-        while not self._ended.wait(EVERY_S):
-            with self._writing, contextlib.suppress(OSError, ValueError):
-                if (newest := self._newest) is not None:
-                    self._write(f"{_CLEAR}{describe(*newest)[: self._columns - 1]}")
-
-
-@contextlib.contextmanager
-def live_line(terminal: TextIO | None) -> Iterator[LiveLine | None]:
-    """Show a line on a terminal within the block; nothing where the file is none, for example a log."""
-    try:
-        shown = terminal is not None and terminal.isatty()
-        number = terminal.fileno() if terminal is not None and shown else -1
-    except (OSError, ValueError):
-        shown = False
-    if not shown:
-        yield None
-        return
-    line = LiveLine(lambda text: os.write(number, text.encode()), shutil.get_terminal_size().columns)
-    try:
-        yield line
-    finally:
-        line.end()
-
-
-# The commands.
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "calib capture") -> int:

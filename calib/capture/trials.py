@@ -28,6 +28,7 @@ from calib.capture.bus import (
     UserError,
     open_port,
 )
+from calib.capture.live import Live, show_nothing
 from calib.capture.logs import FEWEST_ROWS, SessionText, TrialLog
 from calib.capture.motor import RISE_S, SILENCE_S, Guard, Limits, Motor, Reading
 from calib.capture.registers import MODEL
@@ -59,13 +60,6 @@ UNCONFIRMED = (
 )
 
 Report = Callable[[str], None]
-
-Live = Callable[[str, float, Reading], None]
-"""Function that takes the name of a trial, the host's time at which it ends, and what the motor measures."""
-
-
-def show_nothing(_trial: str, _end_s: float, _reading: Reading) -> None:
-    """Show no line."""
 
 
 class Step(NamedTuple):

@@ -37,8 +37,9 @@ from fitting.calibration_file import (
     published_result,
 )
 from fitting.ebt import FORMS
-from fitting.mode import Mode, SessionModel, mode_at
+from fitting.mode import Mode, mode_at
 from fitting.progress import part_of
+from fitting.session_model import SessionModel
 from fitting.structure import (
     BUILT_IN,
     STRUCTURE,

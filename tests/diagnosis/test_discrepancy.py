@@ -12,7 +12,7 @@ from benchmarks.effects.discrepancy import save
 from diagnosis.constants import COURSE_SD, SLIDE_SD_M_S
 from diagnosis.discrepancy import Discrepancy, discrepancy_for
 from fitting.features import SPEED, advance_phase
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import InputError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.constants import TAKEN, mean_places, placement_uncertainty
-from fitting.mode import NuisanceModel, PlacementUncertainty
+from fitting.session_model import NuisanceModel, PlacementUncertainty
 
 MARKERS, TRIALS = 9, 2
 LENGTH = TRIALS * (1 + 14 * MARKERS)

@@ -9,7 +9,8 @@ from fitting.coefficient_fit import Marginal
 from fitting.forecast import Scatter
 from fitting.posterior.posterior import Identifiability, RobotPart
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial
-from fitting.posterior.summary import PosteriorSummary, Whiteness
+from fitting.posterior.summary import PosteriorSummary
+from fitting.posterior.whiteness import Whiteness
 from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
 from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from fitting.posterior.summary import PosteriorSummary, noise_flags
+from fitting.posterior.summary import PosteriorSummary
+from fitting.posterior.whiteness import noise_flags
 from reports import posterior
 from reports.first_screen import build_summary
 from reports.report import render_report

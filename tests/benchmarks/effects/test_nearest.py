@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.effects.rows import nearest
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 
 TRUTH, SD = np.array([1.0, 3.0, 5.0, 4.0, 2.0]), 0.01
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,14 +11,16 @@ import pytest
 from benchmarks.effects.plain import (
     CHANGES,
     PlainAnswer,
-    PlainCase,
     PlainPlan,
     make_plain,
     plan_plain,
-    scores_of_plain,
 )
+from benchmarks.effects.plain_scoring import PlainCase, scores_of_plain
+from benchmarks.effects.scored_diagnosis import Diagnosis
 from swimcal.effects.catalogue import catalogue
 from swimcal.session import load_session
+
+Verdict = Literal["named", "inseparable", "unexplained", "no_gap"]
 
 
 def test_plans_hold_each_change_once_in_an_order_that_tells_nothing() -> None:
@@ -51,9 +54,9 @@ def test_a_session_is_one_like_any_users_and_the_change_is_in_it(tmp_path: Path)
     assert not any("m00" in path.name for path in (tmp_path / "m000").rglob("*"))
 
 
-def case(change: str | None, right: tuple[str, ...], verdict: str, named: str = "", **chances: float) -> PlainCase:
+def case(change: str | None, right: tuple[str, ...], verdict: Verdict, named: str = "", **chances: float) -> PlainCase:
     answer = PlainAnswer("m000", change, 1.0, right, "tail", 0)
-    return PlainCase(answer, verdict, ((named, "other"),) if named else (), chances, 0.5)
+    return PlainCase(answer, Diagnosis(verdict, ((named, "other"),) if named else (), chances))
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import pytest
 from benchmarks.posterior import truth as posterior_truth
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.features import COURSE, harmonics_of
-from fitting.mode import SessionModel
 from fitting.phase import speed_from_rest
+from fitting.session_model import SessionModel
 from swimcal.robot import load_robot
 
 COARSE = 1 / 8  # so that a draw takes no seconds

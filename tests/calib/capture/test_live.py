@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.capture.functions import LiveLine, describe, live_line
+from calib.capture.live import LiveLine, describe, live_line
 from calib.capture.motor import Reading
 from tests.calib.capture.virtual import bench
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from calib.capture import TrialResult
 from calib.capture.bus import Clock
 from calib.capture.emulator import Emulator
-from calib.capture.trials import CaptureSettings, Live, capture, show_nothing
+from calib.capture.live import Live, show_nothing
+from calib.capture.trials import CaptureSettings, capture
 from tests.calib.motor.faults import Faults, FaultyEmulator
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 

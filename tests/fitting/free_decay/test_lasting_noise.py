@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.pool import LastingNoise, RegressionProblem, regress, whitened
+from fitting.lasting_noise import LastingNoise, RegressionProblem, regress, whitened
 from swimsynth.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting.decay_fit import Ring, fit_decay, shows_in_decays
+from fitting.decay_fit import fit_decay
 from fitting.free_decay import measure_decay_trial
+from fitting.ring import Ring, shows_in_decays
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import RobotSpec
 from swimcal.tracks import pixels_of

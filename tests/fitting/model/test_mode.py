@@ -11,8 +11,9 @@ from fitting.baselines import BASELINES
 from fitting.covariance import COMPONENTS, MEDIANS, Covariance
 from fitting.features import SPEED
 from fitting.forecast import NewWindow, Windows, forecast_of, forecast_repeat, scatter_of, tracks_of
-from fitting.mode import Mode, SessionModel, mode_at
+from fitting.mode import Mode, mode_at
 from fitting.search import find_mode
+from fitting.session_model import SessionModel
 from fitting.structure import assumed, perturbed_twins, uncertainties_of
 from fitting.trial_model import START_PHASE_RAD, START_SD, TrialModel, sensitivities_together
 

@@ -11,7 +11,7 @@ import pytest
 
 from fitting.features import SPEED, places_of_slides
 from fitting.noise import FeatureNoise, NoisePart, noise_of
-from fitting.posterior.summary import noise_flags, whiteness
+from fitting.posterior.whiteness import noise_flags, whiteness
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimsynth.disturbances import TrackingNoise, lasting_errors

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 from fitting.structure import UNMEASURED_SD, Source, assumed, uncertainties_of
 from fitting.trial_model import sensitivities_together
 from swimsynth.plan import PLAUSIBLE_COEFFICIENTS

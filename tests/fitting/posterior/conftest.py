@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.mode import Mode, SessionModel
+from fitting.mode import Mode
 from fitting.posterior.posterior import Posterior, sample_posterior
 from fitting.search import find_mode
+from fitting.session_model import SessionModel
 
 HELD_OUT_HZ = 1.1
 

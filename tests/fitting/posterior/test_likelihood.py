@@ -8,8 +8,9 @@ from scipy.stats import multivariate_normal
 
 from benchmarks.posterior.truth import DrawnSession
 from fitting.covariance import MEDIANS, wave_discrepancy
-from fitting.mode import Mode, SessionModel, mode_at
+from fitting.mode import Mode, mode_at
 from fitting.posterior.emulator import SPEEDS, WAVE, Likelihood, exponents, fit_emulator, size_of, terms
+from fitting.session_model import SessionModel
 from fitting.trial import HARMONICS
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 

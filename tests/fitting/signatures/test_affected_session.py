@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.affected_trials import AffectedSession
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.effects.affected_twin import AffectedTwin
 from swimcal.effects.catalogue import catalogue

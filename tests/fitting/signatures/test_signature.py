@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.affected_trials import view_of
-from fitting.mode import SessionModel
+from fitting.session_model import SessionModel
 from fitting.signatures import signature_of, strengths
 from fitting.trial_model import START_PHASE_RAD, TrialModel, sensitivities_together
 from swimcal.create_session import FISHSIM_MARKERS
