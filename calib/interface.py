@@ -503,7 +503,7 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
     Example:
         >>> calib.report("pool").file.name
         'report.html'
-        >>> calib.report(["pool", "filmed"]).failures           # of several, one that fails stops no other
+        >>> calib.report(["pool", "filmed"]).failures           # one that fails stops no other
         {'filmed': 'filmed/results/calibration.json: ... Run `calib fit filmed`.'}
     """
     from calib.batch import index_sessions, report_session

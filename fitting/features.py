@@ -180,7 +180,7 @@ class FeatureReader:
             columns, read = self._trend
             rate = np.gradient(columns, self.time_s, axis=0, edge_order=2).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
-            paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ drift)  # of the path, as read off a marker
+            paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ drift)  # paces of the path, as read off a marker
             path = self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
             pieces += [turning, path[:, None], self._beats]
         else:

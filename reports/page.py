@@ -140,7 +140,7 @@ class Plot:
 
     def _ipython_display_(self) -> None:
         """Show the figure and, below it, its caption: a notebook takes only one of several forms of a value."""
-        from IPython.display import display  # of the notebook that calls this
+        from IPython.display import display  # a dependency of the notebook that calls this
 
         text = f"{self.caption} {self.caveat}".strip()
         display({"image/png": self._repr_png_(), "text/plain": repr(self)}, raw=True)

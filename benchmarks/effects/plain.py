@@ -32,7 +32,7 @@ _SETTLING_S = 5.0  # A swim is filmed from this long after its start.
 _BEATS, _LEAST_S = 5.0, 6.0  # beats after the warm-up, and the least length of a film
 _NOISE_PX = 0.3
 _ASIDE_M_S, _TURN_RAD_S = 0.003, 0.01  # launches differ by a slip aside and a turn
-_COEFFICIENT_SD = 0.2  # of the logarithm of each coefficient, about values of a calibrated twin
+_COEFFICIENT_SD = 0.2  # standard deviation of ln coefficient about a calibrated twin
 _CALIBRATED = FluidCoefficients(0.45, 2.5, 6.0, 4.2, 0.8)
 
 Force = Callable[[mujoco.MjModel, mujoco.MjData], None]

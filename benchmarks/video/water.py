@@ -123,7 +123,7 @@ class Water:
 def _paint_floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
     """Return (h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
     scale = px_per_m * 0.8  # the floor is further away than the water
-    turn = 0.12  # of the tiles against the picture, rad
+    turn = 0.12  # angle of the tiles against the picture, rad
     x, y = np.meshgrid((np.arange(width) - width / 2) / scale, (np.arange(height) - height / 2) / scale)
     along, across = x * np.cos(turn) - y * np.sin(turn) + 10, x * np.sin(turn) + y * np.cos(turn) + 10
     column, row = (along / _TILE_M).astype(int), (across / _TILE_M).astype(int)

@@ -246,7 +246,7 @@ class GapResult(Result):
         >>> gap = calib.diagnose("pool", "quick", progress=False)
         >>> gap.verdict, gap.effects.names, gap.groups          # here the data need no effect
         ('no_gap', (), ())
-        >>> list(gap.effects.to_frame().columns)                # of those named also parameters with intervals
+        >>> list(gap.effects.to_frame().columns)                # named ones also have parameters with intervals
         ['probability', 'named']
         >>> list(gap.to_frame("where").loc["stage"].index)
         ['camera', 'drive', 'body', 'tail', 'floor']

@@ -83,7 +83,7 @@ class MotorSpeedSag(LateCrank):
 
 def motor_speed_sag(random: np.random.Generator) -> AtStrength:
     """Draw how sharply the limit comes, and how much the winding's heat matters."""
-    typical = 0.03  # of the speed, lost at one turn a second
+    typical = 0.03  # share of the speed that is lost at one turn a second
     exponent, warmth = random.uniform(2.0, 3.5), random.uniform(0.2, 0.8)
     return lambda strength: (MotorSpeedSag(typical * strength, exponent, warmth),)
 

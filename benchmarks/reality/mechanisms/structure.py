@@ -194,7 +194,7 @@ def mass_distribution(random: np.random.Generator) -> AtStrength:
     Saturates at 8 hundredths.
     """
     share, most = 0.01, 0.08
-    even = 400.0  # of the draw: a tenth more or less on a guide
+    even = 400.0  # concentration of the draw: a tenth more or less on a guide
     kg = load_robot().tail_mass_kg
     at_guide = tuple(random.dirichlet(even * kg / kg.sum()))
     return lambda strength: ((MassDistribution(most * float(np.tanh(share * strength / most)), at_guide),))

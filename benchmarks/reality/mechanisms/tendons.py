@@ -79,7 +79,7 @@ def tendon_compliance(random: np.random.Generator) -> AtStrength:
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         relative = typical * strength
-        rubbing = float(loss * relative / (1 + relative))  # of the stretch, the fittings' share
+        rubbing = float(loss * relative / (1 + relative))  # share of the stretch that the fittings take
         return (TendonCompliance(float(relative * (1 + uneven)), float(relative * (1 - uneven)), rubbing),)
 
     return at
