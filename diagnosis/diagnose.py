@@ -39,6 +39,7 @@ from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fi
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
+from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
 from swimcal.effects.effect import Effect
@@ -110,7 +111,8 @@ class Diagnosis:
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
             support no more than is named, or with the effort "quick".
         experiments: what to measure next, the most informative first.
-        doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
+        doubted: names of fitted swims that their own twin does not follow, with the found effects neither: because of
+            these nothing is named.
     """
 
     weighed: WeighedEvidence
@@ -154,8 +156,12 @@ def diagnose(
 
     naming = _name_effects if data.reference is None else _name_change
     said = naming(weighed, refitting, settings, len(effects))
-    if data.doubted and said.verdict.effects:
-        said = Validated(Verdict("unexplained", ()), said.probabilities, None)
+    doubted = data.doubted
+    if doubted and said.verdict.effects:
+        if said.best is not None and data.reference is None:
+            doubted = _not_followed(weighed.linear, said.best)
+        if doubted:
+            said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.86)
     gap = swims.gap(best)
@@ -173,7 +179,7 @@ def diagnose(
         else next_experiments(
             weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
-        doubted=data.doubted,
+        doubted=doubted,
     )
 
 
@@ -301,6 +307,17 @@ def adequacy(weighed: WeighedEvidence, best: Refit | None) -> Adequacy:
     squares = float(((seen.turn @ left) ** 2 / variance).sum())
     numbers = max(int(linear.observed.sum()) - free, 1)
     return Adequacy(float(chi2.sf(squares, numbers)), squares, numbers)
+
+
+def _not_followed(linear: LinearModel, best: Refit) -> tuple[str, ...]:
+    """Return the names of fitted swims that also the twin with effects does not follow."""
+    scores = forecast_scores(linear, linear.swims, best.effects, best.at, best.values)
+    errors_m = [score.marker_error_m for score in scores]
+    return tuple(
+        score.name
+        for i, score in enumerate(scores)
+        if far_reason(score.speed_measured, score.speed_twin, errors_m[i], [*errors_m[:i], *errors_m[i + 1 :]])
+    )
 
 
 def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:

@@ -429,7 +429,8 @@ class DiagnosisResult:
         frequencies: commanded and measured beat frequency of every fit trial.
         evidence: what the verdict rests on.
         withheld_from_catalogue: names of effects that the catalogue lacked in this run.
-        doubted_trials: fitted swims that their own twin does not follow; because of these no effect is named.
+        doubted_trials: fitted swims that their own twin does not follow, with the found effects neither; because of
+            these no effect is named.
         models: names of the files of twins with effects.
         reference: the session that this one was compared with; null without one.
         adequate: whether the best set of effects leaves no more than noise.

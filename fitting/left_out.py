@@ -2,7 +2,7 @@
 
 One unusable trial never stops the others: it is left out, and a flag says why (`left_out_flags`). Before a fit
 `followed_trials`, `extrapolation_reason` and `divergence_reason` tell which trials take no part; after it
-`far_from_twin_flags` flags a trial that its own twin does not follow.
+`far_from_twin_flags` flags a trial that its own twin does not follow, and `far_reason` says why of any twin.
 
 `odd_markers` flags markers that sit elsewhere in one swim than in the others: a box on a wrong spot, a marker that
 slipped. No description places a marker to better than some centimetres on a robot as built, and what is off in every
@@ -124,26 +124,38 @@ def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) ->
         fellows_m: marker errors of all other trials, m.
     """
     flags, measured, twin = [], trial.measured.speed, trial.speed_twin
-    off, error_m, mm = abs(twin - measured), trial.scores.marker_error_m, 1000.0
-    speeds = f"it swims at {mm * measured:.0f} mm/s, its twin at {mm * twin:.0f}"
-    usual_m = float(np.median(fellows_m)) if len(fellows_m) else np.nan
-    if measured * twin < 0 and off > _OTHER_WAY_M_S:
-        flags.append(Flag(FAR, message=f"{trial.measured.name}: {speeds}, the other way"))
-    elif off > max(_SLOW * abs(measured), _SLOW_M_S):
-        flags.append(Flag(FAR, message=f"{trial.measured.name}: {speeds}"))
-    elif error_m > _OFF_M:
-        message = f"{trial.measured.name}: markers of its twin are {mm * error_m:.0f} mm off in the mean"
-        flags.append(Flag(FAR, message=message))
-    elif error_m > _WORSE * usual_m and error_m > usual_m + _WORSE_M:
-        message = (
-            f"{trial.measured.name}: markers of its twin are {mm * error_m:.0f} mm off in the mean, in other trials "
-            f"{mm * usual_m:.0f}"
-        )
-        flags.append(Flag(FAR, message=message))
+    name, off = trial.measured.name, abs(twin - measured)
+    if reason := far_reason(measured, twin, trial.scores.marker_error_m, fellows_m):
+        flags.append(Flag(FAR, message=f"{name}: {reason}"))
     if trial.measured.role == "fit" and off > MISSED_BY * abs(measured):
-        message = f"the twin misses the speed it was fitted to by {100 * (twin / measured - 1):+.0f} %: {speeds}"
+        message = f"the twin misses the speed it was fitted to by {100 * (twin / measured - 1):+.0f} %: {_speeds(measured, twin)}"
         flags.append(Flag(MISSED, message=message))
     return tuple(flags)
+
+
+def far_reason(measured: float, twin: float, error_m: float, fellows_m: Sequence[float]) -> str:
+    """Say how far a twin is from its trial, or nothing where it follows it.
+
+    Args:
+        measured, twin: forward speeds, m/s.
+        error_m: marker error of this trial, m.
+        fellows_m: marker errors of all other trials, m.
+    """
+    off, mm, speeds = abs(twin - measured), 1000.0, _speeds(measured, twin)
+    usual_m = float(np.median(fellows_m)) if len(fellows_m) else np.nan
+    if measured * twin < 0 and off > _OTHER_WAY_M_S:
+        return f"{speeds}, the other way"
+    if off > max(_SLOW * abs(measured), _SLOW_M_S):
+        return speeds
+    if error_m > _OFF_M:
+        return f"markers of its twin are {mm * error_m:.0f} mm off in the mean"
+    if error_m > _WORSE * usual_m and error_m > usual_m + _WORSE_M:
+        return f"markers of its twin are {mm * error_m:.0f} mm off in the mean, in other trials {mm * usual_m:.0f}"
+    return ""
+
+
+def _speeds(measured: float, twin: float) -> str:
+    return f"it swims at {1000 * measured:.0f} mm/s, its twin at {1000 * twin:.0f}"
 
 
 # Markers.

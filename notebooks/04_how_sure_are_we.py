@@ -19,7 +19,8 @@
 # film next.
 #
 # The session is synthetic: its tracks are made with the twin, so the true coefficients are known and nothing is left
-# out of the model. On a real robot intervals can be too narrow, see `docs/posterior.md`.
+# out of the model. On a real robot intervals can be too narrow, see `docs/posterior.md`. For a session of your own
+# change the line that begins with `session =`, and leave out the columns with the truth.
 
 # %%
 import tempfile
@@ -82,8 +83,11 @@ print(f"correlation of Kutta and Magnus lift: {np.corrcoef(lifts)[0, 1]:+.2f}")
 # %% [markdown]
 # ## 3. What do the trials determine?
 #
-# A coefficient counts as determined if its 90 % interval spans at most a factor of 2.5, or at most 0.5:
-# `posterior.to_frame().determined`. The prior is uniform from 0 to 10.
+# A coefficient counts as determined if its 90 % interval spans at most a factor of 2.5, or at most 0.5. The prior is
+# uniform from 0 to 10.
+
+# %%
+posterior.to_frame()[["q05", "q95", "determined"]].round(3)
 
 # %% [markdown]
 # ## 4. What does it predict?

@@ -19,6 +19,8 @@ _NEARER_SD = 0.01
 _MAX_MARKER_OFFSET_M = 0.05
 _MARKER_OFFSET_SD_M = 0.004
 
+_WAYS = ("along", "across")  # of a marker's offset and drift, on its link
+
 
 class CameraEffect(Effect):
     """Effect of camera, markers or tracker; every kind of trial shows it."""
@@ -168,7 +170,7 @@ class MarkerOffset(CameraEffect):
         self.parameters = tuple(
             Parameter(f"{marker}_{way}", "m", -_MAX_MARKER_OFFSET_M, _MAX_MARKER_OFFSET_M, _MARKER_OFFSET_SD_M)
             for marker in self._markers
-            for way in ("along", "across")
+            for way in _WAYS
         )
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
@@ -183,7 +185,7 @@ class MarkerOffset(CameraEffect):
 
 
 class TrackerDrift(CameraEffect):
-    """Boxes slide along the body at a steady pace, each at its own; those of nose and neck are held."""
+    """Boxes slide off their markers at a steady pace, along the body and across; those of nose and neck are held."""
 
     name = "tracker_drift"
     physics = "A template that is renewed from what was found last adds up its small errors: a drift in one direction."
@@ -191,18 +193,20 @@ class TrackerDrift(CameraEffect):
 
     def __init__(self, markers: tuple[str, ...]) -> None:
         self._markers = _others(markers)
-        self.parameters = tuple(Parameter(marker, "m/s", -0.01, 0.01, 0.001) for marker in self._markers)
+        self.parameters = tuple(
+            Parameter(f"{marker}_{way}", "m/s", -0.01, 0.01, 0.001) for marker in self._markers for way in _WAYS
+        )
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
         """Return the effect for these markers."""
         return TrackerDrift(markers)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Slide the markers further along the body from frame to frame."""
-        pace = np.zeros(len(seen.names))
-        pace[[seen.names.index(name) for name in self._markers]] = values
-        slid_m = np.multiply.outer(seen.time_s - seen.time_s[0], pace)  # (f, m)
-        return np.asarray(seen.marker_m + slid_m[..., None] * seen.axes[:, :, 0])
+        """Slide the markers further on their links from frame to frame."""
+        pace = np.zeros((len(seen.names), 2))
+        pace[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
+        slid_m = np.einsum("f,mk,fmkd->fmd", seen.time_s - seen.time_s[0], pace, seen.axes)
+        return np.asarray(seen.marker_m + slid_m)
 
 
 class MarkerSwap(CameraEffect):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from diagnosis.diagnose import Diagnosis, EffectTest, Settings, diagnose, weigh_effects
+from diagnosis.diagnose import Diagnosis, EffectTest, Settings, _not_followed, diagnose, weigh_effects
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.linear_model import SessionData
@@ -124,6 +124,16 @@ def test_a_parameter_is_at_its_bound_where_its_value_is(name: str, value: float,
     (told,) = parameters_of(_parameters(found), name).values()
     assert (told.value, told.at_bound) == (value, at_bound)
     assert effect.parameters[0].low <= told.ci95[0] <= told.ci95[1] <= effect.parameters[0].high
+
+
+@pytest.mark.parametrize(("current_m_s", "lost"), [(0.0, ()), (0.06, tuple(trial.name for trial in trials()))])
+def test_swims_that_the_found_effects_explain_are_no_longer_doubted(current_m_s: float, lost: tuple[str, ...]) -> None:
+    """The swims have no current: a twin that is carried along does not follow them."""
+    current = catalogue()["background_current"].suited(ROBOT, FISHSIM_MARKERS)
+    values = np.zeros(len(current.parameters))
+    values[0] = current_m_s
+    told = replace(Refit.plain(linear()), effects=(current,), values=values)
+    assert _not_followed(linear(), told) == lost
 
 
 def supposed(*names: str) -> EffectTest:

@@ -89,9 +89,14 @@ def test_a_glued_marker_rides_on_its_link() -> None:
     assert np.abs(np.delete(off, marker, axis=2)).max() == 0
 
 
-def test_a_box_slides_along_the_body(seen: Observation) -> None:
-    off = TrackerDrift(NAMES).observe(seen, np.array([0.0, 0.01])) - seen.marker_m
-    assert off[:, 3, 0] == pytest.approx(0.01 * seen.time_s)
+@pytest.mark.parametrize("way", [0, 1])
+def test_a_box_slides_along_the_body_or_across(seen: Observation, way: int) -> None:
+    drift = TrackerDrift(NAMES)
+    values = np.zeros(len(drift.parameters))
+    values[2 + way] = 0.01  # of the second marker after nose and neck
+    off = drift.observe(seen, values) - seen.marker_m
+    assert np.einsum("fd,fd->f", off[:, 3], seen.axes[:, 3, way]) == pytest.approx(0.01 * seen.time_s)
+    assert np.linalg.norm(off[:, 3], axis=-1) == pytest.approx(0.01 * seen.time_s)
     assert np.abs(off[:, :3]).max() == 0
     assert MarkerOffset(NAMES).observe(seen, np.array([0, 0, 0.01, 0.0]))[0, 3, 0] == pytest.approx(0.61)
 
