@@ -128,24 +128,26 @@ def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) ->
     if reason := far_reason(measured, twin, trial.scores.marker_error_m, fellows_m):
         flags.append(Flag(FAR, message=f"{name}: {reason}"))
     if trial.measured.role == "fit" and off > MISSED_BY * abs(measured):
-        message = f"the twin misses the speed it was fitted to by {100 * (twin / measured - 1):+.0f} %: {_speeds(measured, twin)}"
+        percent = 100 * (twin / measured - 1)
+        message = f"the twin misses the speed it was fitted to by {percent:+.0f} %: {_speeds(measured, twin)}"
         flags.append(Flag(MISSED, message=message))
     return tuple(flags)
 
 
-def far_reason(measured: float, twin: float, error_m: float, fellows_m: Sequence[float]) -> str:
+def far_reason(measured_m_s: float, twin_m_s: float, error_m: float, fellows_m: Sequence[float]) -> str:
     """Say how far a twin is from its trial, or nothing where it follows it.
 
     Args:
-        measured, twin: forward speeds, m/s.
+        measured_m_s: forward speed of the trial, m/s.
+        twin_m_s: forward speed of the twin, m/s.
         error_m: marker error of this trial, m.
         fellows_m: marker errors of all other trials, m.
     """
-    off, mm, speeds = abs(twin - measured), 1000.0, _speeds(measured, twin)
+    off, mm, speeds = abs(twin_m_s - measured_m_s), 1000.0, _speeds(measured_m_s, twin_m_s)
     usual_m = float(np.median(fellows_m)) if len(fellows_m) else np.nan
-    if measured * twin < 0 and off > _OTHER_WAY_M_S:
+    if measured_m_s * twin_m_s < 0 and off > _OTHER_WAY_M_S:
         return f"{speeds}, the other way"
-    if off > max(_SLOW * abs(measured), _SLOW_M_S):
+    if off > max(_SLOW * abs(measured_m_s), _SLOW_M_S):
         return speeds
     if error_m > _OFF_M:
         return f"markers of its twin are {mm * error_m:.0f} mm off in the mean"
@@ -154,8 +156,8 @@ def far_reason(measured: float, twin: float, error_m: float, fellows_m: Sequence
     return ""
 
 
-def _speeds(measured: float, twin: float) -> str:
-    return f"it swims at {1000 * measured:.0f} mm/s, its twin at {1000 * twin:.0f}"
+def _speeds(measured_m_s: float, twin_m_s: float) -> str:
+    return f"it swims at {1000 * measured_m_s:.0f} mm/s, its twin at {1000 * twin_m_s:.0f}"
 
 
 # Markers.
