@@ -111,8 +111,11 @@ SMOOTH_SIZES_M = {0.0: 0.4, 0.001: 0.2, 0.003: 0.2, 0.01: 0.2}
 """Prior probabilities of the size of the smooth error that both sessions share, m."""
 LAUNCH_SIZES = {0.5: 0.2, 1.0: 0.35, 2.0: 0.3, 4.0: 0.15}
 """Prior probabilities of the size of what differs between launches, against the usual."""
-MORE_IN_CHANGED = {1.0: 0.6, 2.0: 0.3, 4.0: 0.1}
-"""Prior probabilities of how much more launches of the changed session differ."""
+WIDER_IN_CHANGED = {1.0: 0.5, 1.5: 0.3, 2.2: 0.2}
+"""Prior probabilities of a factor on the standard deviation of all that a reference does not foretell.
+
+Launches of the real robot at other commands have twice the squares that three swims of a reference let expect.
+"""
 STRONGEST_CHANGE_SD = 8.0
 """Largest change, in prior standard deviations of an effect: else two strong ones may cancel."""
 ONE_CHANGE = (0.5, 0.5)

@@ -11,7 +11,8 @@ have in common cancels: the error of the twin's water first of all. In the joint
 - noise, boxes and the twin's own discrepancy, as in any session.
 
 The sizes of the smooth error, of the discrepancy and of what differs between launches are those that the reference
-makes likeliest; a changed session may have larger launches (`assumptions`).
+makes likeliest. A few swims do not tell how wrong that covariance is of other launches at other commands: all that is
+not foretold may be wider by one factor, which the changed session tells (`assumptions`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,10 +29,10 @@ from diagnosis.constants import (
     CLEAR_CHANGE,
     ERROR_SIZES,
     LAUNCH_SIZES,
-    MORE_IN_CHANGED,
     SHARED_SD,
     SMOOTH_SIZES_M,
     USUAL_BETWEEN_LAUNCHES,
+    WIDER_IN_CHANGED,
 )
 from diagnosis.discrepancy import generic_covariance
 from diagnosis.effect_response import EffectResponse
@@ -58,12 +59,14 @@ class Sizes(NamedTuple):
     Attributes:
         error: size of the twin's own discrepancy, against most sessions.
         smooth_m: size of the error of no particular cause that both sessions share, m.
-        launch: size of what differs from launch to launch, against the usual.
+        launch: size of what differs from launch to launch, but for the drive, against the usual.
+        wider: factor on the standard deviation of all that the reference does not foretell of another session.
     """
 
     error: float
     smooth_m: float
     launch: float
+    wider: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +151,10 @@ class Comparison:
         return max(found, key=lambda each: found[each])
 
     def assumptions(self) -> tuple[Assumed, ...]:
-        """Return the model of the changed session for every size that its launches may have."""
-        found = self.sizes
+        """Return the model of the changed session for every width that what is not foretold may have."""
         return tuple(
-            Assumed(float(np.log(chance)), self.model_of("changed", found._replace(launch=more * found.launch)))
-            for more, chance in MORE_IN_CHANGED.items()
+            Assumed(float(np.log(chance)), self.model_of("changed", self.sizes._replace(wider=wider)))
+            for wider, chance in WIDER_IN_CHANGED.items()
         )
 
     def model_of(self, group: str, sizes: Sizes, trials: Sequence[MeasuredTrial] | None = None) -> LinearModel:
@@ -174,7 +176,7 @@ class Comparison:
         factor = cho_factor(whole[:known, :known], lower=True)
         across = whole[:known, known:]
         foretold = across.T @ cho_solve(factor, self.joint.residual[of_reference])
-        covariance = whole[known:, known:] - across.T @ cho_solve(factor, across)
+        covariance = sizes.wider**2 * (whole[known:, known:] - across.T @ cho_solve(factor, across))
         given = Given(
             foretold,
             (covariance + covariance.T) / 2,
@@ -242,6 +244,7 @@ class Comparison:
             + shared @ shared.T
             + sizes.smooth_m**2 * self._smooth[square]
             + sizes.launch**2 * self._of_launch[square]
+            + self._of_drive[square]
         )
 
     @cached_property
@@ -272,13 +275,25 @@ class Comparison:
 
     @cached_property
     def _of_launch(self) -> np.ndarray:
-        """Covariance (k, k) of what usually differs from launch to launch."""
-        columns = np.hstack(
-            [BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * part for name, part in self._slopes.items()]
-        )
+        """Covariance (k, k) of what usually differs from launch to launch, but for the drive."""
+        return self._between_launches(of_drive=False) + np.diag(self._scatter**2)
+
+    @cached_property
+    def _of_drive(self) -> np.ndarray:
+        """Covariance (k, k) of what usually differs in the drive: markers do not tell how well a motor keeps time."""
+        return self._between_launches(of_drive=True)
+
+    def _between_launches(self, of_drive: bool) -> np.ndarray:
+        driving = {each.effect.name for each in self.signatures if each.effect.stage == "drive"}
+        columns = [
+            BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * part
+            for name, part in self._slopes.items()
+            if (name in driving) == of_drive
+        ]
         trial_of = self.joint.trial_of
         together = np.equal.outer(trial_of, trial_of) & (trial_of >= 0)
-        return (columns @ columns.T) * together + np.diag(self._scatter**2)
+        every = np.hstack([np.zeros((len(trial_of), 0)), *columns])
+        return np.asarray((every @ every.T) * together)
 
     @cached_property
     def _scatter(self) -> np.ndarray:

@@ -8,12 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from diagnosis.constants import ONE_CHANGE
 from diagnosis.diagnose import Diagnosis, Settings, diagnose
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
+from diagnosis.evidence import Priors
+from diagnosis.hypotheses import average_hypotheses
 from diagnosis.linear_model import SessionData
 from diagnosis.reference import Comparison, Sizes
 from diagnosis.sentences import where, which
+from diagnosis.verdict import verdict_of
 from fitting.dry_run import with_arm
 from fitting.signatures import signature_of
 from fitting.trial import MeasuredTrial
@@ -104,6 +108,30 @@ def test_the_order_of_the_trials_changes_nothing(order: tuple[int, ...]) -> None
 
 
 ORDERED: list[float] = []
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_launches_that_scatter_more_than_the_reference_tells_have_no_name(seed: int) -> None:
+    """All that is not foretold is 1.6 times as large as three swims of a reference let expect."""
+    both = joint()
+    space = both.model_of("changed", both.sizes).given
+    assert space is not None
+    found = []
+    drawn = 1.6 * np.random.default_rng(seed).multivariate_normal(np.zeros(len(space.foretold)), space.covariance)
+    for each in both.assumptions():
+        each.linear.__dict__["residual"] = drawn
+        found.append(each)
+    told = average_hypotheses(found, both.of_changed, replace(Priors(), number=ONE_CHANGE, by_part=True))
+    assert verdict_of(told.probabilities).name == "no_gap"
+
+
+def test_how_well_the_motor_keeps_time_is_not_told_by_how_launches_differ() -> None:
+    both = joint()
+    rough, even = (both.model_of("changed", Sizes(1.0, 0.003, launch)).covariance for launch in (4.0, 1.0))
+    features = len(both.joint.model.measured) // 2
+    frequencies = slice(features, features + 2)
+    assert (np.diag(rough) > 2 * np.diag(even))[:features].mean() > 0.3
+    np.testing.assert_allclose(np.diag(rough)[frequencies], np.diag(even)[frequencies], rtol=1e-6)
 
 
 def test_a_reference_without_a_fitted_swim_is_refused() -> None:
