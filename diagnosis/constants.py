@@ -32,6 +32,8 @@ LOOKED_AT = 10
 """Number of the most probable effects that a group is chosen from: all sets of three of more would take long."""
 MOST_LEFT = 0.5
 """Unexplained share of a gap above which names are withdrawn if an unknown effect is more probable. Development."""
+MOST_LEFT_OF_CHANGE = 0.67
+"""The same of a change since a reference, whatever else is probable: on real water launches leave half. Development."""
 ADEQUATE = 0.01
 """Least probability that noise leaves as much as the best set of effects; below it nothing is named. Convention."""
 FORM_ERROR = 0.15
@@ -111,7 +113,7 @@ SMOOTH_SIZES_M = {0.0: 0.4, 0.001: 0.2, 0.003: 0.2, 0.01: 0.2}
 """Prior probabilities of the size of the smooth error that both sessions share, m."""
 LAUNCH_SIZES = {0.5: 0.2, 1.0: 0.35, 2.0: 0.3, 4.0: 0.15}
 """Prior probabilities of the size of what differs between launches, against the usual."""
-WIDER_IN_CHANGED = {1.0: 0.5, 1.5: 0.3, 2.2: 0.2}
+WIDER_IN_CHANGED = {1.0: 0.4, 1.4: 0.35, 1.9: 0.25}
 """Prior probabilities of a factor on the standard deviation of all that a reference does not foretell.
 
 Launches of the real robot at other commands have twice the squares that three swims of a reference let expect.
@@ -122,7 +124,7 @@ ONE_CHANGE = (0.5, 0.5)
 """Prior probabilities of no change and of one: who compares with a reference changes one thing."""
 LIKE_A_CHANGE = 0.05
 """Odds that a change with something else besides only looks like its effect: its form may differ. Development."""
-FORM_ERROR_OF_CHANGE = (0.1, 0.2, 0.4)
+FORM_ERROR_OF_CHANGE = (0.1, 0.2)
 """Shares of its norm that the form of a change may miss, without a limit. Development."""
 
 # A gap of no particular cause, for one metre of displacement

@@ -25,6 +25,7 @@ from diagnosis.constants import (
     FORM_ERROR_OF_CHANGE,
     LIKE_A_CHANGE,
     MOST_LEFT,
+    MOST_LEFT_OF_CHANGE,
     ONE_CHANGE,
     STRONGEST_CHANGE_SD,
 )
@@ -257,14 +258,14 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
 
 
 def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Settings, _effects: int) -> Validated:
-    """Return the verdict on a change since a reference; more than half of it must be told before it has a name."""
+    """Return the verdict on a change since a reference; a third of it must be told before it has a name."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if verdict.name == "no_gap":
         return Validated(verdict, probabilities, None)
     probabilities, refits = weigh_refits(weighed.linear, weighed.hypotheses, probabilities, refitting)
     verdict = verdict_of(probabilities)
     best = refits.get(verdict.first[0]) if verdict.first else None
-    if best is not None and _remainder(weighed, best).share <= MOST_LEFT:
+    if best is not None and _remainder(weighed, best).share <= MOST_LEFT_OF_CHANGE:
         return Validated(verdict, probabilities, best)
     return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
 

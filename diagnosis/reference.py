@@ -12,7 +12,8 @@ have in common cancels: the error of the twin's water first of all. In the joint
 
 The sizes of the smooth error, of the discrepancy and of what differs between launches are those that the reference
 makes likeliest. A few swims do not tell how wrong that covariance is of other launches at other commands: all that is
-not foretold may be wider by one factor, which the changed session tells (`assumptions`).
+not foretold is wider by what the reference's swims miss of each other (`Comparison.missed`), or by more still
+(`assumptions`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -148,12 +149,38 @@ class Comparison:
             deviance = float(residual @ cho_solve(known, residual)) + 2 * float(np.log(np.diag(known[0])).sum())
             chance = ERROR_SIZES[error] * SMOOTH_SIZES_M[smooth_m] * LAUNCH_SIZES[launch]
             found[sizes] = np.log(chance) - deviance / 2
-        return max(found, key=lambda each: found[each])
+        likeliest = max(found, key=lambda each: found[each])
+        return likeliest._replace(wider=max(1.0, self.missed(likeliest)))
+
+    def missed(self, sizes: Sizes) -> float:
+        """Return how far swims of the reference are from what the others foretell of them, in standard deviations.
+
+        Args:
+            sizes: sizes of what disturbs the sessions.
+
+        Returns:
+            The root mean square; 1 where there is a single swim.
+        """
+        every = self._numbers("reference")
+        swims = [i for i in every if i < len(self.joint.swims)]
+        if len(swims) < 2:
+            return 1.0
+        squares, count = 0.0, 0
+        for number in swims:
+            own = self._places([number])
+            others = self._places([i for i in every if i != number], "reference")
+            foretold, covariance = self._foretold(sizes, others, own)
+            measured = np.flatnonzero(self.joint.observed[own])
+            off = (self.joint.residual[own] - foretold)[measured]
+            squares += float(off @ np.linalg.solve(covariance[np.ix_(measured, measured)], off))
+            count += len(measured)
+        return float(np.sqrt(squares / count))
 
     def assumptions(self) -> tuple[Assumed, ...]:
         """Return the model of the changed session for every width that what is not foretold may have."""
+        found = self.sizes
         return tuple(
-            Assumed(float(np.log(chance)), self.model_of("changed", self.sizes._replace(wider=wider)))
+            Assumed(float(np.log(chance)), self.model_of("changed", found._replace(wider=wider * found.wider)))
             for wider, chance in WIDER_IN_CHANGED.items()
         )
 
@@ -169,17 +196,11 @@ class Comparison:
         if trials is not None:
             wanted = {trial.name for trial in trials}
             numbers = [i for i in numbers if self.joint.trials[i].name in wanted]
-        of_reference = self._places(self._numbers("reference"), "reference")
         own = self._places(numbers, group)
-        both = np.concatenate([of_reference, own])
-        whole, known = self._covariance(sizes, both), len(of_reference)
-        factor = cho_factor(whole[:known, :known], lower=True)
-        across = whole[:known, known:]
-        foretold = across.T @ cho_solve(factor, self.joint.residual[of_reference])
-        covariance = sizes.wider**2 * (whole[known:, known:] - across.T @ cho_solve(factor, across))
+        foretold, covariance = self._foretold(sizes, self._places(self._numbers("reference"), "reference"), own)
         given = Given(
             foretold,
-            (covariance + covariance.T) / 2,
+            sizes.wider**2 * covariance,
             _HELD_SD,
             lambda others: self.model_of("held_out", sizes, others),
         )
@@ -193,6 +214,13 @@ class Comparison:
         found = replace(joint, model=model, disturbances=disturbances, given=given, common=None)
         found.__dict__.update(residual=joint.residual[own] - foretold, slopes=joint.slopes[own])
         return found
+
+    def _foretold(self, sizes: Sizes, known: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what some numbers of the joint row foretell of others, (k,), and its covariance (k, k)."""
+        whole, count = self._covariance(sizes, np.concatenate([known, own])), len(known)
+        factor, across = cho_factor(whole[:count, :count], lower=True), whole[:count, count:]
+        covariance = whole[count:, count:] - across.T @ cho_solve(factor, across)
+        return across.T @ cho_solve(factor, self.joint.residual[known]), (covariance + covariance.T) / 2
 
     def covariance_of(self, group: str, sizes: Sizes) -> np.ndarray:
         """Return the covariance (k, k) of the trials of one session before the other is known."""
@@ -220,8 +248,8 @@ class Comparison:
     def _numbers(self, group: str) -> list[int]:
         return [i for i, whose in enumerate(self.groups) if whose == group]
 
-    def _places(self, numbers: Sequence[int], group: str) -> np.ndarray:
-        """Return the places in the joint row of what some trials, and the free decays of their session, measured."""
+    def _places(self, numbers: Sequence[int], group: str | None = None) -> np.ndarray:
+        """Return the places in the joint row of what some trials measured, and the free decays of a session."""
         model = self.joint.model
         count, features = len(model.trials), len(model.measured)
         own = features // count
