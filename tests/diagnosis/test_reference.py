@@ -110,6 +110,20 @@ def test_the_order_of_the_trials_changes_nothing(order: tuple[int, ...]) -> None
 ORDERED: list[float] = []
 
 
+def test_what_swims_of_a_reference_miss_of_each_other_widens_what_it_foretells() -> None:
+    both = joint()
+    sd, random = np.sqrt(np.diag(both.joint.covariance)), np.random.default_rng(3)
+    rough = replace(both, joint=replace(both.joint))
+    rough.joint.__dict__["residual"] = both.joint.residual + 3 * sd * random.standard_normal(len(sd))
+    sizes = both.sizes
+
+    assert both.missed(sizes) < 1.2
+    assert rough.missed(sizes) > 2
+    assert rough.sizes.wider > 1.2
+    plain, wide = (np.sqrt(np.diag(both.model_of("changed", sizes._replace(wider=w)).covariance)) for w in (1.0, 1.5))
+    np.testing.assert_allclose(wide, 1.5 * plain)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_launches_that_scatter_more_than_the_reference_tells_have_no_name(seed: int) -> None:
     """All that is not foretold is 1.6 times as large as three swims of a reference let expect."""
