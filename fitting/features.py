@@ -73,7 +73,8 @@ class FeatureReader:
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         read = cls(time_s, turn_rad, usable, nose, neck)
         head_seen = read._head_seen[:, None]
-        if not (determined(read._columns, head_seen)[0] and read._determined[[nose, neck]].all()):
+        too_few = len(time_s) < 2  # no stretch of time, over which anything could be read
+        if too_few or not (determined(read._columns, head_seen)[0] and read._determined[[nose, neck]].all()):
             raise NotEnoughData(
                 f"trial {trial.name}: nose and neck are seen together in {int(read._head_seen.sum())} of "
                 f"{len(time_s)} frames, which do not tell its heading; see the flags of these two markers"

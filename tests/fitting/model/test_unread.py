@@ -13,6 +13,8 @@ from fitting.features import OF_A_MARKER, FeatureReader, advance_phase, harmonic
 from fitting.forecast import draws_about, root_of
 from fitting.noise import FeatureNoise
 from fitting.trial_model import difference, slope_of_phase
+from swimcal.errors import NotEnoughData
+from tests.fitting.exact_swims import exact_swims
 from tests.fitting.posterior.waves import cruising, reader
 
 MARKER = 5
@@ -87,3 +89,14 @@ def test_a_derivative_next_to_a_twin_that_diverges_is_one_sided() -> None:
     )
 
     assert difference(up, down, middle) == pytest.approx(np.array([[2.0, 2.0], [2.0, 4.0], [0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("frames", [0, 1, 2, 5])
+def test_a_window_of_hardly_a_frame_is_no_window(frames: int) -> None:
+    """Two beats of a fast tail may be over before a twin has settled."""
+    (swim,) = exact_swims(hz=(1.1,), seconds=4.0)
+    kept = np.zeros(len(swim.time_s), bool)
+    kept[40 : 40 + frames] = True
+
+    with pytest.raises(NotEnoughData, match=f"of {frames} frames"):
+        FeatureReader.of(replace(swim, kept=kept))
