@@ -324,23 +324,24 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
 
 
 def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: FaultCollector) -> None:
-    """Check that nose and neck are not exchanged, in all trials or in single ones.
+    """Check that nose and neck are not exchanged in all trials; a single trial of several is left out later.
 
     Args:
         source: the file as read.
         exchanged: whether nose and neck are exchanged, by trial.
         faults: receives what is wrong.
     """
-    trials = [name for name, each in exchanged.items() if each]
+    if not exchanged or not all(exchanged.values()):
+        return
     expected = "the markers of the tail on the neck's side, as on the robot"
-    if len(trials) > 1 and all(exchanged.values()):
-        found = f"in every trial ({', '.join(trials)}) the markers of the tail on the nose's side"
+    if len(exchanged) > 1:
+        found = f"in every trial ({', '.join(exchanged)}) the markers of the tail on the nose's side"
         step = "Exchange the two names: here for tracks without a header, else in the headers of the tracks."
         what = "nose and neck are exchanged"
         faults.add(source.where(("markers", "names")), what, found=found, expected=expected, next_step=step)
         return
     for key, trial in trials_in(source):
-        if trial.get("name") in trials:
+        if trial.get("name") in exchanged:
             what = f"nose and neck are exchanged in trial {trial['name']}"
             step = "Exchange the two names in the header of its tracks, or without a header their columns."
             found = "the markers of the tail on the nose's side"

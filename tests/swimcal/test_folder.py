@@ -226,10 +226,16 @@ def test_nose_and_neck_exchanged_in_every_trial_are_called_that_once(tmp_path: P
     assert "Exchange the two names" in message
 
 
-def test_nose_and_neck_exchanged_in_one_trial_name_it(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "pool")
+@pytest.mark.parametrize("alone", [True, False])
+def test_nose_and_neck_exchanged_in_one_trial_stop_no_other(tmp_path: Path, alone: bool) -> None:
+    toml = SESSION_TOML.split("[[trial]]")
+    one = "[[trial]]".join([toml[0], next(part for part in toml if "fast" in part)])
+    folder = make_session(tmp_path / "pool", one if alone else SESSION_TOML)
     rows = [row.split(",") for row in tracks_text().splitlines()]
     (folder / "fast.csv").write_text("".join(",".join([*r[2:4], *r[:2], *r[4:]]) + "\n" for r in rows))
-    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
-    assert "trial[1].tracks: nose and neck are exchanged in trial fast; found the markers of the tail on" in message
-    assert "slow" not in message
+    if alone:
+        message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
+        assert "trial[0].tracks: nose and neck are exchanged in trial fast; found the markers of the tail on" in message
+    else:
+        opened = load_session(folder, robot_of=lambda _: Robot(MARKERS))
+        assert [trial.name for trial in opened.trials] == ["slow", "fast"]
