@@ -12,8 +12,8 @@ have in common cancels: the error of the twin's water first of all. In the joint
 
 The sizes of the smooth error, of the discrepancy and of what differs between launches are those that the reference
 makes likeliest. A few swims do not tell how wrong that covariance is of other launches at other commands: all that is
-not foretold is wider by what the reference's swims miss of each other (`Comparison.missed`), or by more still
-(`assumptions`).
+not foretold is wider by what the reference's swims miss of each other (`Comparison.leave_one_out_error`), or by more
+still (`assumptions`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -150,16 +150,18 @@ class Comparison:
             chance = ERROR_SIZES[error] * SMOOTH_SIZES_M[smooth_m] * LAUNCH_SIZES[launch]
             found[sizes] = np.log(chance) - deviance / 2
         likeliest = max(found, key=lambda each: found[each])
-        return likeliest._replace(wider=max(1.0, self.missed(likeliest)))
+        return likeliest._replace(wider=max(1.0, self.leave_one_out_error(likeliest)))
 
-    def missed(self, sizes: Sizes) -> float:
+    def leave_one_out_error(self, sizes: Sizes) -> float:
         """Return how far swims of the reference are from what the others foretell of them, in standard deviations.
+
+        Each swim is left out in turn (Rasmussen and Williams 2006, section 5.4.2).
 
         Args:
             sizes: sizes of what disturbs the sessions.
 
         Returns:
-            The root mean square; 1 where there is a single swim.
+            The root mean square over all numbers; 1 where there is a single swim.
         """
         every = self._numbers("reference")
         swims = [i for i in every if i < len(self.joint.swims)]
@@ -169,7 +171,7 @@ class Comparison:
         for number in swims:
             own = self._places([number])
             others = self._places([i for i in every if i != number], "reference")
-            foretold, covariance = self._foretold(sizes, others, own)
+            foretold, covariance = self._conditional(sizes, others, own)
             measured = np.flatnonzero(self.joint.observed[own])
             off = (self.joint.residual[own] - foretold)[measured]
             squares += float(off @ np.linalg.solve(covariance[np.ix_(measured, measured)], off))
@@ -197,7 +199,7 @@ class Comparison:
             wanted = {trial.name for trial in trials}
             numbers = [i for i in numbers if self.joint.trials[i].name in wanted]
         own = self._places(numbers, group)
-        foretold, covariance = self._foretold(sizes, self._places(self._numbers("reference"), "reference"), own)
+        foretold, covariance = self._conditional(sizes, self._places(self._numbers("reference"), "reference"), own)
         given = Given(
             foretold,
             sizes.wider**2 * covariance,
@@ -215,8 +217,8 @@ class Comparison:
         found.__dict__.update(residual=joint.residual[own] - foretold, slopes=joint.slopes[own])
         return found
 
-    def _foretold(self, sizes: Sizes, known: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what some numbers of the joint row foretell of others, (k,), and its covariance (k, k)."""
+    def _conditional(self, sizes: Sizes, known: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (k,) and covariance (k, k) of some numbers of the joint row, given others (equation A.6)."""
         whole, count = self._covariance(sizes, np.concatenate([known, own])), len(known)
         factor, across = cho_factor(whole[:count, :count], lower=True), whole[:count, count:]
         covariance = whole[count:, count:] - across.T @ cho_solve(factor, across)

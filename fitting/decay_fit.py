@@ -114,10 +114,8 @@ class _Problem:
             if wanted.peak_hz is None or own.peak_hz is None:
                 break
             by = (wanted.peak_hz / own.peak_hz) ** 2, wanted.decay_1_s / own.decay_1_s
-            stiffness, damping = (
-                stiffness * float(np.clip(by[0], 0.1, 10.0)),
-                damping * float(np.clip(by[1], 0.1, 10.0)),
-            )
+            stiffness *= float(np.clip(by[0], 0.1, 10.0))
+            damping *= float(np.clip(by[1], 0.1, 10.0))
             if max(abs(by[0] - 1), abs(by[1] - 1)) < 1e-3:
                 break
         return stiffness, damping

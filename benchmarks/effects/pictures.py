@@ -43,7 +43,7 @@ class PixelTracks:
 
 
 PictureFault = Callable[[PixelTracks], PixelTracks]
-"""What is wrong with a camera, a clock or a tracker, as it changes tracks."""
+"""Fault of a camera, a clock or a tracker: a function of tracks."""
 
 
 def offset(marker: str, across_m: float) -> PictureFault:

@@ -19,7 +19,7 @@ _NEARER_SD = 0.01
 _MAX_MARKER_OFFSET_M = 0.05
 _MARKER_OFFSET_SD_M = 0.004
 
-_WAYS = ("along", "across")  # of a marker's offset and drift, on its link
+_WAYS = ("along", "across")  # directions of a marker's offset and drift, on its link
 
 
 class CameraEffect(Effect):

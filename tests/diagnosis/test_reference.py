@@ -117,8 +117,8 @@ def test_what_swims_of_a_reference_miss_of_each_other_widens_what_it_foretells()
     rough.joint.__dict__["residual"] = both.joint.residual + 3 * sd * random.standard_normal(len(sd))
     sizes = both.sizes
 
-    assert both.missed(sizes) < 1.2
-    assert rough.missed(sizes) > 2
+    assert both.leave_one_out_error(sizes) < 1.2
+    assert rough.leave_one_out_error(sizes) > 2
     assert rough.sizes.wider > 1.2
     plain, wide = (np.sqrt(np.diag(both.model_of("changed", sizes._replace(wider=w)).covariance)) for w in (1.0, 1.5))
     np.testing.assert_allclose(wide, 1.5 * plain)
