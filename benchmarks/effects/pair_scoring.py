@@ -17,6 +17,7 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.closest_fit import closest_fit_of
 from benchmarks.effects.folder import DIAGNOSIS
 from benchmarks.effects.pairs import CHANGED, REFERENCE, PairAnswer
+from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from benchmarks.effects.suite import WARMUP_S
 from benchmarks.scores import Measure, Scores, Share, Table
 from calib.options import Options
@@ -46,26 +47,22 @@ class PairCase:
     Attributes:
         answer: what was changed.
         detectability: d of the change; 0 of a healthy pair.
-        verdict: the verdict.
-        groups: the named effects.
-        probabilities: probability of each effect.
+        told: the diagnosis.
     """
 
     answer: PairAnswer
     detectability: float
-    verdict: str
-    groups: tuple[tuple[str, ...], ...]
-    probabilities: dict[str, float]
+    told: Diagnosis
 
     @property
     def alarm(self) -> bool:
         """Whether a change is told."""
-        return self.verdict != "no_gap"
+        return self.told.verdict != "no_gap"
 
     @property
     def first(self) -> str | None:
         """The first name of the first group; None where nothing is named."""
-        return self.groups[0][0] if self.groups else None
+        return self.told.groups[0][0] if self.told.groups else None
 
     @property
     def right(self) -> bool:
@@ -75,7 +72,7 @@ class PairCase:
     @property
     def sure_and_wrong(self) -> bool:
         """Whether another effect has a probability above 0.9."""
-        return any(chance > _SURE and name != self.answer.effect for name, chance in self.probabilities.items())
+        return any(chance > _SURE and name != self.answer.effect for name, chance in self.told.probability_of.items())
 
 
 def diagnose_pairs(folder: Path, run: Run) -> tuple[Failure, ...]:
@@ -92,7 +89,11 @@ def diagnose_pair(pair: Path) -> None:
 
 
 def score_pairs(folder: Path) -> tuple[PairCase, ...]:
-    """Read answers and diagnoses of all pairs that are diagnosed."""
+    """Read answers and diagnoses of all pairs that are diagnosed.
+
+    Raises:
+        InputError: a diagnosis is not by the contract.
+    """
     file = folder / "answers" / _DETECTED
     known: dict[str, float] = json.loads(file.read_bytes()) if file.exists() else {}
     cases = []
@@ -105,10 +106,7 @@ def score_pairs(folder: Path) -> tuple[PairCase, ...]:
         if answer.effect is not None and simulated and path.stem not in known:
             known[path.stem] = round(detectability(folder / path.stem, path.with_suffix(".npz"), answer.effect), 2)
             write_whole(file, json.dumps(known, indent=1) + "\n")
-        told = json.loads(found.read_bytes())
-        chances = {name: chance for name, chance in told["probabilities"].items() if name != "none_of_these"}
-        groups = tuple(tuple(group) for group in told["groups"])
-        cases.append(PairCase(answer, known.get(path.stem, 0.0), told["verdict"], groups, chances))
+        cases.append(PairCase(answer, known.get(path.stem, 0.0), read_diagnosis(found)))
     return tuple(cases)
 
 
@@ -119,7 +117,7 @@ def scores_of(cases: Sequence[PairCase], command: str) -> Scores:
     clear = [case for case in changed if case.detectability >= CLEAR]
     measures = {
         "alarms": Measure("healthy pairs: false alarms", Share.among(healthy, lambda c: c.alarm), "1 of 20"),
-        "names": Measure("healthy pairs: an effect named", Share.among(healthy, lambda c: bool(c.groups)), "0"),
+        "names": Measure("healthy pairs: an effect named", Share.among(healthy, lambda c: bool(c.told.groups)), "0"),
         "first": Measure(f"changed, d >= {CLEAR:g}: named first", Share.among(clear, lambda c: c.right), "80 %"),
         "any": Measure("changed, any d: named first", Share.among(changed, lambda c: c.right)),
         "wrong": Measure("wrong and sure (above 0.9)", Share.among(cases, lambda c: c.sure_and_wrong), "0"),
@@ -129,15 +127,16 @@ def scores_of(cases: Sequence[PairCase], command: str) -> Scores:
             case.answer.pair,
             case.answer.effect or "nothing",
             f"{case.detectability:.1f}",
-            case.verdict,
-            "; ".join(" or ".join(group) for group in case.groups),
-            f"{case.probabilities.get(case.answer.effect or '', 0.0):.2f}",
+            case.told.verdict,
+            "; ".join(" or ".join(group) for group in case.told.groups),
+            f"{case.told.probabilities.get(case.answer.effect or '', 0.0):.2f}",
         )
         for case in cases
     )
     each = Table("Every pair.", ("pair", "changed", "d", "verdict", "named", "probability of the truth"), rows)
     table = Table.of("Pairs of a healthy and a second session.", {"found": measures})
-    return Scores("Reference sessions", "synthetic pairs", command, (table, each))
+    data = "pairs of real trials" if all(case.answer.generator == "real" for case in cases) else "synthetic pairs"
+    return Scores("Reference sessions", data if cases else "no pairs", command, (table, each))
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Literal
 
 import pytest
 
 from benchmarks.effects.generators import GENERATORS
 from benchmarks.effects.pair_scoring import PairCase, scores_of
 from benchmarks.effects.pairs import PairAnswer, plan_pairs
+from benchmarks.effects.scored_diagnosis import Diagnosis
 from swimcal.effects.catalogue import catalogue
+
+Verdict = Literal["named", "inseparable", "unexplained", "no_gap"]
 
 
 @pytest.mark.parametrize("generator", ["reality", "wake"])
@@ -25,9 +29,9 @@ def test_plans_hold_what_is_asked_in_an_order_that_tells_nothing(generator: str)
     assert plans != plan_pairs(generator, 4, 6, 20)  # type: ignore[arg-type]
 
 
-def case(effect: str | None, d: float, verdict: str, named: str = "", **chances: float) -> PairCase:
+def case(effect: str | None, d: float, verdict: Verdict, named: str = "", **chances: float) -> PairCase:
     answer = PairAnswer("p000", "reality", effect, 1.0, 0)
-    return PairCase(answer, d, verdict, ((named,),) if named else (), chances)
+    return PairCase(answer, d, Diagnosis(verdict, ((named,),) if named else (), chances))
 
 
 def test_scores_count_alarms_names_and_what_is_sure_and_wrong() -> None:
