@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import pickle
 import platform
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import as_completed as as_completed_here
+from contextlib import contextmanager
 from functools import partial
 from os import cpu_count
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from calib.kept_output import keep_output
 from calib.options import EffortName, LastStepName, Options
@@ -29,7 +31,8 @@ from calib.results.result import Export
 from reports.index import IndexEntry, write_index
 from swimcal.errors import Fault, InputError, NotConverged, SwimcalError
 from swimcal.results import program_version
-from swimcal.runs import ENGINE
+from swimcal.runs import ENGINE, workers_of
+from swimcal.session import Session
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -101,10 +104,35 @@ def spread(
 
 def _run_alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
     """Do a piece in a process that, unlike one of `multiprocessing`, does not run the user's script again."""
-    told = pickle.dumps(sys.path) + pickle.dumps((work, piece))
-    done = subprocess.run((sys.executable, "-c", _CHILD), input=told, stdout=subprocess.PIPE, check=True)
-    outcome: Outcome = pickle.loads(done.stdout)
-    return outcome
+    with _in_own_process(work, piece) as outcome:
+        return outcome()
+
+
+@contextmanager
+def _in_own_process(work: Callable[[Piece], Outcome], piece: Piece) -> Iterator[Callable[[], Outcome]]:
+    """Do a piece in a process of its own during the block, which takes the outcome; left without it, it is ended."""
+    child = (sys.executable, "-c", _CHILD)
+    with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        try:
+            process.stdin.write(pickle.dumps(sys.path) + pickle.dumps((work, piece)))
+            process.stdin.close()
+            yield partial(_take_outcome, process)
+        finally:
+            process.kill()
+
+
+def _take_outcome(process: subprocess.Popen[bytes]) -> Any:
+    """Wait for what a process of `_in_own_process` answers.
+
+    Raises:
+        CalledProcessError: it died.
+    """
+    assert process.stdout is not None
+    answer = process.stdout.read()
+    if process.wait() != 0:
+        raise subprocess.CalledProcessError(process.returncode, process.args)
+    return pickle.loads(answer)
 
 
 def _run_elsewhere(
@@ -166,20 +194,72 @@ def _check_workers(client: Client, scheduler: str) -> None:
 
 
 def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:
-    """Make all results that the data allow, up to a last step; with quick effort only those that are not current."""
+    """Make all results that the data allow, up to a last step; with quick effort only those that are not current.
+
+    The posterior and the diagnosis need nothing of each other: on several cores they are made at the same time.
+    """
     if pipeline.only_dry:
         pipeline.structured()
         return
     pipeline.fit()
     full = pipeline.fits.effort == "full"
-    if until != "fit" and (full or pipeline.current_posterior(pipeline.the_fit()) is None):
-        try:
-            pipeline.posterior()
-        except NotConverged as refusal:  # a note suffices: the other results do not need the posterior
-            pipeline.notes.append(f"! {refusal}")
-    if until == "diagnosis" and (full or pipeline.current_diagnosis() is None):
-        pipeline.diagnosis()
+    sampled = until != "fit" and (full or pipeline.current_posterior(pipeline.the_fit()) is None)
+    diagnosed = until == "diagnosis" and (full or pipeline.current_diagnosis() is None)
+    if sampled and diagnosed and (workers_of(pipeline.options.workers) or cpu_count()) != 1:
+        _sample_while_diagnosing(pipeline)
+    else:
+        if sampled:
+            _sample(pipeline)
+        if diagnosed:
+            pipeline.diagnosis()
     pipeline.report()
+
+
+def _sample(pipeline: Pipeline) -> None:
+    try:
+        pipeline.posterior()
+    except NotConverged as refusal:  # a note suffices: the other results do not need the posterior
+        pipeline.notes.append(f"! {refusal}")
+
+
+def _sample_while_diagnosing(pipeline: Pipeline) -> None:
+    """Sample the posterior in a process of its own, and diagnose here; if that process dies, sample here afterwards."""
+    options = pipeline.options
+    work = partial(_sample_alone, effort=options.effort, workers=options.workers)
+    with _in_own_process(work, pipeline.session) as sampled:
+        pipeline.diagnosis()
+        pipeline.job.progress("sampling the posterior", None)
+        try:
+            made, notes, error = sampled()
+        except subprocess.CalledProcessError:
+            _sample(pipeline)
+            return
+    pipeline.made.extend(made)
+    pipeline.notes.extend(note for note in notes if note not in pipeline.notes)
+    if error is not None:
+        raise error
+
+
+def _sample_alone(
+    session: Session, effort: EffortName | None, workers: int
+) -> tuple[list[Path], list[str], SwimcalError | None]:
+    """Sample the posterior of a session whose lock the caller holds, and who ends this process where interrupted.
+
+    Args:
+        session: the session.
+        effort: as for `Options`.
+        workers: as for `Options`.
+
+    Returns:
+        The files made, notes for the user, and the error that ended the work; None where it was done.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    pipeline, error = Pipeline(session, Options(effort, workers)), None
+    try:
+        _sample(pipeline)
+    except SwimcalError as problem:
+        error = problem
+    return pipeline.made, pipeline.notes, error
 
 
 class Ended(NamedTuple):

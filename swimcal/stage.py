@@ -27,6 +27,7 @@ from swimcal.errors import ResultsNotWritable, SessionLocked
 from swimcal.results import PARTS, is_incomplete, plain_json, program_version, sha256_of, write_whole
 
 STAMPS = ".stages.json"
+STAMPS_LOCK = ".stages.lock"
 KEPT = "kept"
 """Folder of results that were replaced by others."""
 _SHORT = 8  # characters of a fingerprint that name the folder of results kept aside
@@ -100,9 +101,8 @@ class Stage:
     def mark(self, others: Iterable[Path] = ()) -> None:
         """Record that the main result, and the others, were just made from these inputs."""
         outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
-        stamps = _read(self._results)
-        stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
-        write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
+        with _changed(self._results) as stamps:
+            stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
 
     def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
         """Copy the results that are there to ``results/kept/<stamp>`` before others take their place.
@@ -129,9 +129,9 @@ class Stage:
                     shutil.copy2(path, folder)
                     if file != self.file:
                         path.unlink()
-            if file != self.file:
-                stamps.pop(name, None)
-        write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
+        with _changed(self._results) as stamps:
+            for file in with_it:
+                stamps.pop(_name(file, self._results), None)
         return folder
 
     @property
@@ -169,6 +169,15 @@ def _read(results: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return stamps if isinstance(stamps, dict) else {}
+
+
+@contextmanager
+def _changed(results: Path) -> Iterator[dict[str, Any]]:
+    """Give the stamps, and write them after the block; stages that are made at the same time wait for each other."""
+    with FileLock(results / STAMPS_LOCK):
+        stamps = _read(results)
+        yield stamps
+        write_whole(results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
 
 
 @contextmanager
