@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from diagnosis.result import DiagnosisResult
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
-from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
+from reports.caveats import OF_MISSING_EFFECTS, explains_the_rest, fit_caveats, gap_caveats, posterior_caveats
 from reports.words import (
     MODELS,
     MORE_THAN_NOISE,
@@ -234,6 +234,7 @@ class Answers:
 
     Attributes:
         caveats: caveats of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
+        explained: caveats of fit and posterior that the named effects explain; they do not count.
         next_step: what to do, knowing the current results.
         not_searched: why it is not known what is missing; "" where it is.
     """
@@ -242,8 +243,15 @@ class Answers:
     how_sure: HowSure
     missing: WhatIsMissing | None
     caveats: tuple[str, ...]
+    explained: tuple[str, ...]
     next_step: str
     not_searched: str
+
+    @property
+    def no_caveat(self) -> str:
+        """The sentence where there is no caveat but what the named effects explain."""
+        count = len(self.explained)
+        return f"No caveat but {count} that the named effects explain (-v)." if count else "No caveat."
 
 
 def answers_of(
@@ -263,11 +271,15 @@ def answers_of(
         damaged: the file of "posterior" or "diagnosis" that is there and cannot be read.
     """
     why_not = _unreadable(damaged.get("diagnosis", "")) or "The trials were not searched for missing effects."
+    without = OF_MISSING_EFFECTS if diagnosed is not None and explains_the_rest(diagnosed) else ()
+    every = (*fit_caveats(found, posterior), *posterior_caveats(posterior))
+    caveats = (*fit_caveats(found, posterior, without), *posterior_caveats(posterior, without))
     return Answers(
         how_far_off=how_far_off(found.forecasts),
         how_sure=_how_sure(found, posterior, damaged.get("posterior", "")),
         missing=None if diagnosed is None else _what_is_missing(diagnosed),
-        caveats=(*fit_caveats(found, posterior), *posterior_caveats(posterior), *gap_caveats(diagnosed)),
+        caveats=(*caveats, *gap_caveats(diagnosed)),
+        explained=tuple(caveat for caveat in every if caveat not in caveats),
         next_step=_next_step(found, posterior, diagnosed, folder),
         not_searched="" if diagnosed is not None else why_not,
     )

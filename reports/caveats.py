@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 LITTLE_USED = 0.9  # share of the samples that count, below which a trial has a caveat
+OF_MISSING_EFFECTS = frozenset({"speed_missed", "model_discrepancy", "outside_bands"})
+"""Kinds of flags of fit and posterior that say no more than that the twin lacks an effect."""
 FEW_BEATS = 2  # whole beats compared, below which a trial has a caveat
 
 
@@ -27,23 +29,42 @@ FEW_BEATS = 2  # whole beats compared, below which a trial has a caveat
 _OFF = 0.1
 
 
-def fit_caveats(found: CalibrationResult, posterior: PosteriorSummary | None = None) -> tuple[str, ...]:
+def fit_caveats(
+    found: CalibrationResult, posterior: PosteriorSummary | None = None, without: Collection[str] = ()
+) -> tuple[str, ...]:
     """List the flags of the fit in full, then those of whole trials by kind.
 
     With a posterior, which says better what is determined, the fit's own flags of that kind are left out.
+
+    Args:
+        found: the fit.
+        posterior: its posterior.
+        without: further kinds of flags to leave out.
     """
-    known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else [])}
+    known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else []), *without}
     caveats = [sentence(flag.message or flag.kind) for flag in found.flags if flag.kind not in known]
     for kind, where in kinds_of_whole_trials({name: trial.flags for name, trial in found.trials.items()}).items():
+        if kind in known:
+            continue
         size = _off_command(found) if kind == "frequency_off_command" else ""
         caveats.append(sentence(f"{where}: {FLAG_KINDS.get(kind, in_words(kind))}{size}"))
     return tuple(dict.fromkeys(caveats))
 
 
-def posterior_caveats(posterior: PosteriorSummary | None) -> tuple[str, ...]:
-    """List every flag of a posterior, once; none without one."""
-    flags = () if posterior is None else posterior.flags
+def posterior_caveats(posterior: PosteriorSummary | None, without: Collection[str] = ()) -> tuple[str, ...]:
+    """List every flag of a posterior, once; none without one.
+
+    Args:
+        posterior: the posterior.
+        without: kinds of flags to leave out.
+    """
+    flags = () if posterior is None else (flag for flag in posterior.flags if flag.kind not in without)
     return tuple(dict.fromkeys(sentence(flag.message or flag.kind) for flag in flags))
+
+
+def explains_the_rest(found: DiagnosisResult) -> bool:
+    """Tell whether the named effects leave no more than noise, and the twin that has them is closer to all swims."""
+    return found.verdict == "named" and bool(found.models and found.gap.evaluated_on) and not _checks(found)
 
 
 def gap_caveats(found: DiagnosisResult | None) -> tuple[str, ...]:

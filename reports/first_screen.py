@@ -250,6 +250,7 @@ def build_summary(context: ReportContext) -> Section:
         ),
         next_step=answers.next_step,
         caveats=answers.caveats,
+        explained=answers.explained,
     )
     return Section("Summary", "summary", (screen,))
 

@@ -259,7 +259,10 @@ class Card:
 
 @dataclass(frozen=True, eq=False)
 class FirstScreen:
-    """The first screen of a report: a sentence, a swim, the speeds, answers as cards, the next step and the caveats."""
+    """The first screen of a report: a sentence, a swim, the speeds, answers as cards, the next step and the caveats.
+
+    Caveats that the named effects explain are listed by themselves.
+    """
 
     kind: ClassVar[str] = "first_screen"
     lead: str
@@ -269,6 +272,7 @@ class FirstScreen:
     cards: tuple[Card, ...]
     next_step: str
     caveats: tuple[str, ...]
+    explained: tuple[str, ...]
 
 
 Block = Prose | Plots | Table | Points | Terms | FirstScreen

@@ -56,6 +56,7 @@ FLAG_KINDS: dict[str, str] = {
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
     "fit_outside": "the fit lies outside its own posterior interval",
+    "outside_bands": "a fitted trial lies outside its own predicted band",
     "wide_bands": "predictive bands are wider than the trials need",
     "markers_off": "markers sit elsewhere than the robot's description has them",
     "robot_off": "the swim trials support another robot than the described one",

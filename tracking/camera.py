@@ -26,6 +26,7 @@ from swimcal.errors import Fault, InputError, NotEnoughData
 from swimcal.flags import Flag
 from swimcal.session_file import CameraCalibration, CameraSpec
 from swimcal.tracks import markers_of, pixels_of
+from tracking.lens_check import SeenBending, seen_bending
 
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 """Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
@@ -40,6 +41,9 @@ message, not a measurement of any camera."""
 HALF_WIDTH = 18 / 19
 """Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
 view of the camera that the swim trials were filmed with (87 degrees)."""
+STRETCHED = 0.01
+"""Relative stretch of lengths at the farthest marker from which a lens that is not calibrated is flagged: as much as
+the millimetre or two to which a ruler gives nose to neck."""
 HEIGHT_OFF = 0.05
 """Relative difference between two ways to the camera's height that is worth a flag."""
 
@@ -173,27 +177,22 @@ def _check_below_camera(height_m: np.ndarray, lens: CameraCalibration, camera: C
 
 
 def lens_flags(
-    camera: CameraSpec, *, picture_px: tuple[int, int] | None = None, metres_per_px: float | None = None
+    camera: CameraSpec,
+    tracks: xr.Dataset,
+    picture_px: tuple[int, int] | None = None,
+    metres_per_px: float | None = None,
 ) -> tuple[Flag, ...]:
     """List the doubts about the lens, each with its likely size.
 
     Args:
         camera: the camera table of the session.
+        tracks: tracks, with confidence 0 where a sample must not be trusted.
         picture_px: width and height of the video, to compare with those of the calibration.
         metres_per_px: scale of the tracks, to compare with the camera's height.
     """
     lens = camera.calibration
     if lens is None:
-        # Over the picture's width: k1 t^3 / (2 t), half a picture from its middle
-        shift = LINEAR_K1 * HALF_WIDTH**2 / 2
-        stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # stretches a length along the radius: the derivative of t + k1 t^3
-        message = (
-            f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
-            f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "
-            f"lengths there by {100 * stretch:.0f} %; a wide field of view bends ten times as much. Calibrate it "
-            "with a ChArUco board, or swim near the middle"
-        )
-        return (Flag("no_lens", message=message),)
+        return _flag_no_lens(None if picture_px is None else seen_bending(tracks, picture_px, HALF_WIDTH))
     size, height_m, flags = (lens.width_px, lens.height_px), lens.height_above_water_m, []
     if folds(lens):
         what = "the lens's distortion turns back within the picture"
@@ -221,3 +220,26 @@ def lens_flags(
         )
         flags.append(Flag("no_camera_height", message=message))
     return tuple(flags)
+
+
+def _flag_no_lens(seen: SeenBending | None) -> tuple[Flag, ...]:
+    """Flag a lens that is not calibrated, unless the swim itself shows that it bends little."""
+    if seen is not None and seen.stretch < STRETCHED:
+        return ()
+    step = "Calibrate it with a ChArUco board, or swim near the middle"
+    if seen is not None and abs(seen.k1) > 2 * seen.sd:
+        longer = "longer" if seen.k1 > 0 else "shorter"
+        message = (
+            f"the lens is not calibrated, and lengths appear {longer} towards the edges of the picture, as the "
+            f"distance from nose to neck shows: up to {100 * seen.stretch:.0f} % where markers are farthest out. {step}"
+        )
+        return (Flag("no_lens", message=message),)
+    # Over the picture's width: k1 t^3 / (2 t), half a picture from its middle
+    shift = LINEAR_K1 * HALF_WIDTH**2 / 2
+    stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # stretches a length along the radius: the derivative of t + k1 t^3
+    message = (
+        f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
+        f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "
+        f"lengths there by {100 * stretch:.0f} %; a wide field of view bends ten times as much. {step}"
+    )
+    return (Flag("no_lens", message=message),)

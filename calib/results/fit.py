@@ -202,7 +202,8 @@ class FitResult(Result):
         """The verdict on the fit in one word.
 
         off (the twin misses its own fit trials by more than 10 %), unchecked (no held-out trial), worse_than_baseline
-        (in forecasts), doubtful (caveats) or good.
+        (in forecasts), doubtful (caveats), good_with_effects (no caveat but what the effects explain that the diagnosis
+        names) or good.
         """
         if misses(self.forecasts):
             return "off"
@@ -210,7 +211,9 @@ class FitResult(Result):
             return "unchecked"
         if not is_beaten(self.forecasts):
             return "worse_than_baseline"
-        return "doubtful" if self.answers.caveats else "good"
+        if self.answers.caveats:
+            return "doubtful"
+        return "good_with_effects" if self.answers.explained else "good"
 
     def summary(self) -> str:
         """Summarise how far off the exported twin is, how sure, what is missing, and what to do next.
@@ -231,7 +234,7 @@ class FitResult(Result):
                 f"How far: {found.how_far}",
             ]
         lines += [
-            f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else "No caveat.",
+            f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else answers.no_caveat,
             f"Verdict: {self._why(len(answers.caveats))}. Next: {answers.next_step}",
         ]
         return "\n".join(lines)
@@ -256,6 +259,7 @@ class FitResult(Result):
                     f"{in_mm(summary.speed_mae_twin)} mm/s (EBT {in_mm(summary.speed_mae_ebt)})"
                 )
         lines += [f"! {caveat}" for caveat in self.answers.caveats]
+        lines += [f"explained by the named effects: {caveat}" for caveat in self.answers.explained]
         return [*lines, *(f"flag: {line.removeprefix('! ')}" for line in flag_lines(self._flags_of_tracks()))]
 
     def _in_brief(self) -> str:
@@ -326,6 +330,7 @@ class FitResult(Result):
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
+            "good_with_effects": f"{better}; what is flagged is that the exported twin lacks the named effects",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": "no held-out trial is left"
             if self.data.left_out
@@ -336,5 +341,5 @@ class FitResult(Result):
 
     def _flags_of_tracks(self) -> Iterator[tuple[str, Flag]]:
         """Yield the flags of experiments and trials, and those of the whole fit that are no caveat by themselves."""
-        told = " ".join(self.answers.caveats).lower()
+        told = " ".join((*self.answers.caveats, *self.answers.explained)).lower()
         return ((name, flag) for name, flag in self._all_flags() if name or flag.message.lower() not in told)

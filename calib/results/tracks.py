@@ -342,7 +342,7 @@ def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSp
     flags: dict[str, Flag] = {}
     for tracks in found:
         scale = _metres_per_px(tracks, camera, robot)
-        for flag in lens_flags(camera, picture_px=tracks.picture_px, metres_per_px=scale):
+        for flag in lens_flags(camera, mask_untrusted(tracks), tracks.picture_px, scale):
             flags.setdefault(flag.kind, flag)
     return tuple(flags.values())
 

@@ -261,7 +261,7 @@ class Recordings:
         """Return the trial with the flags of tracker or exchange added, and of the lens if it was filmed."""
         if recorded.picture_px is None:
             return replace(trial, flags=(*recorded.flags, *trial.flags)) if recorded.flags else trial
-        of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
+        of_lens = lens_flags(self._session.camera, mask_untrusted(recorded), recorded.picture_px, metres_per_px)
         own = drop_repeat_flags(recorded, (flag.later(recorded.first_frame) for flag in trial.flags))
         flags = (*recorded.flags, *own, *of_lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))

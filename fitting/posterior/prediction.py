@@ -76,7 +76,7 @@ class PredictedTrial:
             f"mm/s, should at {1000 * self.outer[0]:.0f} to {1000 * self.outer[-1]:.0f}, and {100 * self.inside:.0f} % "
             "of its marker coordinates lie in theirs"
         )
-        return (Flag("fit_outside", message=message),)
+        return (Flag("outside_bands", message=message),)
 
 
 @dataclass(frozen=True, eq=False)

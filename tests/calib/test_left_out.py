@@ -98,7 +98,7 @@ def test_the_only_fit_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, 
     outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert_reports(outcome, "trial slow:", "usable tail marker", "leave the trial out")
-    assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
+    assert set(files_in(fresh / "results")) <= {".stages.json", ".stages.lock", "tracks/slow.csv", "tracks/fast.csv"}
 
 
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:

@@ -119,7 +119,7 @@ def test_a_fitted_trial_outside_its_own_bands_is_flagged(speed: float, inside: f
     trial = next(each for each in made_summary().trials if each.role == "fit")
     band = np.linspace(0.09, 0.11, 5)
     found = replace(trial, speed=speed, inner=band, outer=band, forecast=replace(trial.forecast, inside=inside))
-    assert [flag.kind for flag in found.flags] == ["fit_outside"] * warns
+    assert [flag.kind for flag in found.flags] == ["outside_bands"] * warns
     assert not replace(found, role="holdout").flags
 
 

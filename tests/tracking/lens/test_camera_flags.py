@@ -6,19 +6,21 @@ import numpy as np
 import pytest
 
 from swimcal.session_file import CameraCalibration, CameraSpec, load_camera
+from swimcal.tracks import as_tracks
 from tests.tracking.lens.conftest import LENS
 from tracking.camera import lens_flags, to_rays
 from tracking.lens import save_camera
 
+NOTHING_SEEN = as_tracks(("nose", "neck"), np.arange(9.0), np.full((9, 2, 2), np.nan), np.zeros((9, 2)))
 KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
 
 
 def kinds(camera: CameraSpec, picture_px: tuple[int, int] | None = None, scale: float | None = None) -> set[str]:
-    return {flag.kind for flag in lens_flags(camera, picture_px=picture_px, metres_per_px=scale)}
+    return {flag.kind for flag in lens_flags(camera, NOTHING_SEEN, picture_px, scale)}
 
 
 def test_a_missing_lens_is_flagged_with_its_size() -> None:
-    (flag,) = lens_flags(CameraSpec(60.0, 0.142))
+    (flag,) = lens_flags(CameraSpec(60.0, 0.142), NOTHING_SEEN)
     assert flag.kind == "no_lens"
     assert "0.9 % of the picture's width" in flag.message
     assert "lengths there by 5 %" in flag.message

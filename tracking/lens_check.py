@@ -1,0 +1,103 @@
+"""Check of an uncalibrated lens by the robot itself: nose to neck is as long wherever in the picture it is seen.
+
+`seen_bending` reads the radial distortion from how that length changes over the picture. With the slopes t of the rays,
+a lens shows t (1 + k1 |t|^2) (Brown, Photogrammetric Engineering 37, 1971), so a short piece at m along the unit vector
+e appears longer by
+
+    k1 (|m|^2 + 2 (m . e)^2).
+
+A tilted camera shows lengths that change linearly over the picture: that is fitted beside it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from swimcal.tracks import markers_of, pixels_of
+
+_ROUNDS = 5  # of Newton's method, and of undoing a distortion; of k1 -0.3 they leave a thousandth
+_FEWEST = 60  # frames with nose and neck
+_FEWEST_TIMES = 8.0  # times that the errors must have changed for their size to be known
+
+
+class SeenBending(NamedTuple):
+    """Radial distortion that a swim shows.
+
+    Attributes:
+        k1: per square of the slope.
+        sd: its standard deviation.
+        farthest: slope of the ray of the farthest marker.
+    """
+
+    k1: float
+    sd: float
+    farthest: float
+
+    @property
+    def largest(self) -> float:
+        """Largest size of k1 that the swim allows, two standard deviations off."""
+        return abs(self.k1) + 2 * self.sd
+
+    @property
+    def stretch(self) -> float:
+        """Relative stretch along the radius that this leaves at the farthest marker: the derivative of t + k1 t^3."""
+        return 3 * self.largest * self.farthest**2
+
+
+def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: float) -> SeenBending | None:
+    """Read the radial distortion from the length from nose to neck over the picture; None where too little is seen.
+
+    Args:
+        tracks: tracks, with confidence 0 where a sample must not be trusted.
+        picture_px: width and height of the picture.
+        half_width: half the width of the picture over the focal length.
+    """
+    if not {"nose", "neck"} <= set(markers_of(tracks)):
+        return None
+    middle = (np.array(picture_px) - 1) / 2
+    trusted = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
+    slopes = (trusted - middle) / (picture_px[0] / 2) * half_width
+    nose, neck = (slopes[:, markers_of(tracks).index(name)] for name in ("nose", "neck"))
+    seen = np.isfinite(nose).all(axis=1) & np.isfinite(neck).all(axis=1)
+    if seen.sum() < _FEWEST:
+        return None
+    ends, k1 = np.stack([nose[seen], neck[seen]]), 0.0
+    for _ in range(_ROUNDS):
+        columns, off = _straightened(ends, k1)
+        moments = columns.T @ columns
+        if np.linalg.cond(moments) > 1 / np.finfo(float).eps:  # a fish on the spot
+            return None
+        weights = np.linalg.solve(moments, columns.T @ off)
+        k1 += float(weights[0])
+    off = off - columns @ weights
+    lasting = _lasting_frames(off)
+    if len(off) < _FEWEST_TIMES * lasting:
+        return None
+    sd = float(np.sqrt(np.linalg.inv(moments)[0, 0] * lasting * (off**2).mean()))
+    return SeenBending(k1, sd, float(np.nanmax(np.hypot(*slopes.reshape(-1, 2).T))))
+
+
+def _straightened(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:
+    """Undo a distortion, and return what more of it, a tilt and the size would change, (n, 4), and the ln lengths (n,).
+
+    Args:
+        ends: (2, n, 2) slopes of nose and neck.
+        k1: the distortion to undo.
+    """
+    ideal = ends
+    for _ in range(_ROUNDS):
+        ideal = ends / (1 + k1 * (ideal**2).sum(axis=-1, keepdims=True))
+    at, along = ideal.mean(axis=0), ideal[0] - ideal[1]
+    length = np.hypot(*along.T)
+    bent = (at**2).sum(axis=1) + 2 * ((at * along).sum(axis=1) / length) ** 2
+    return np.column_stack([bent - bent.mean(), at - at.mean(axis=0), np.ones(len(at))]), np.log(length)
+
+
+def _lasting_frames(off: np.ndarray) -> float:
+    """Return in how many frames errors are renewed: the integral of their correlation up to its first zero."""
+    spectrum = np.abs(np.fft.rfft(off, 2 * len(off))) ** 2
+    correlation = np.fft.irfft(spectrum)[: len(off)]
+    correlation = correlation / correlation[0]
+    ends = np.flatnonzero(correlation <= 0)
+    return float(1 + 2 * correlation[1 : ends[0] if len(ends) else len(off)].sum())
