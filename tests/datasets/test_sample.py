@@ -92,6 +92,15 @@ def test_the_session_does_not_tell_what_is_to_be_found() -> None:
         assert log.time_s[0] > 1000  # on a clock of its own
 
 
+@pytest.mark.parametrize("name", DRY)
+def test_in_a_dry_run_the_motor_turns_as_commanded_on_the_mean_as_in_the_swims(name: str) -> None:
+    """A motor that loses speed in air but not in water would be a second effect."""
+    log, session = load_motor(SAMPLE / "trials" / f"{name}.motor.csv"), load_session(SAMPLE)
+    driven = np.abs(log.time_s - log.time_s[0] - 8.1) < 2.5  # between the codes at the start and at the end
+    turned, lasted = (float(np.ptp(values[driven])) for values in (log.position_rad, log.time_s))
+    assert turned / lasted / (2 * np.pi) == pytest.approx(session.trial(name).commanded_hz, rel=0.006)
+
+
 @pytest.mark.long
 def test_the_sample_is_what_its_module_makes(remade: Path) -> None:
     """To the bit on one machine; on another a sample on the edge may round to the next place of the grid."""
