@@ -44,6 +44,7 @@ view of the camera that the swim trials were filmed with (87 degrees)."""
 STRETCHED = 0.01
 """Relative stretch of lengths at the farthest marker from which a lens that is not calibrated is flagged: as much as
 the millimetre or two to which a ruler gives nose to neck."""
+_SURE_SD = 4.0  # standard deviations from which a swim is said to show that the lens bends
 HEIGHT_OFF = 0.05
 """Relative difference between two ways to the camera's height that is worth a flag."""
 
@@ -227,7 +228,7 @@ def _flag_no_lens(seen: SeenBending | None) -> tuple[Flag, ...]:
     if seen is not None and seen.stretch < STRETCHED:
         return ()
     step = "Calibrate it with a ChArUco board, or swim near the middle"
-    if seen is not None and abs(seen.k1) > 2 * seen.sd:
+    if seen is not None and abs(seen.k1) > _SURE_SD * seen.sd:
         longer = "longer" if seen.k1 > 0 else "shorter"
         message = (
             f"the lens is not calibrated, and lengths appear {longer} towards the edges of the picture, as the "

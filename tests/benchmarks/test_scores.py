@@ -15,6 +15,7 @@ def test_a_share_has_wilsons_interval() -> None:
     assert str(Share(0, 0)) == "none"
 
 
+@pytest.mark.long
 def test_intervals_by_resampling_hold_the_truth_about_as_often_as_they_say() -> None:
     random = np.random.default_rng(2)
     found = [median(list(random.normal(0.8, 0.2, 30))).interval for _ in range(150)]

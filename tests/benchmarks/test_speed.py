@@ -18,6 +18,7 @@ def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
     assert error.speed <= 0.02
 
 
+@pytest.mark.long
 def test_the_benchmark_reports_ratios_of_one_run(benchmarks: Front, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(speed, "_REPEATS", 1)
     monkeypatch.setattr(speed, "FREQUENCIES_HZ", np.array([0.8, 1.2]))

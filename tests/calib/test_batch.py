@@ -79,6 +79,7 @@ def pair(fresh_session: Path, tmp_path: Path) -> list[Path]:
     return [Path(shutil.copytree(fresh_session, tmp_path / name)) for name in ("first", "second")]
 
 
+@pytest.mark.long
 def test_results_are_those_of_one_process_to_the_last_digit(
     calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path
 ) -> None:
@@ -94,6 +95,7 @@ def idle(patch: pytest.MonkeyPatch) -> None:
         patch.setattr(stage, makes, lambda *_, **__: pytest.fail("computed here"))
 
 
+@pytest.mark.long
 def test_a_fit_by_a_worker_is_that_of_this_process(
     calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -173,6 +173,7 @@ def _note(event: str, arguments: tuple[object, ...]) -> None:
         _OPENED.append(Path(arguments[0]))
 
 
+@pytest.mark.long
 def test_it_opens_nothing_of_a_suite_but_its_session(
     finished_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -35,6 +35,7 @@ def test_a_dry_run_has_a_features_whose_head_stands_still(folder: Path) -> None:
     assert abs(run.speed) < 1e-3
 
 
+@pytest.mark.long
 def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
     edit(folder / "session.toml", 'commanded_hz = 0.73\nrole = "fit"', 'commanded_hz = 0.73\nrole = "holdout"')
     assert pipeline(folder).recordings.in_air.runs == []

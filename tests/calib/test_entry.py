@@ -92,10 +92,10 @@ def test_every_command_says_how_it_is_used(command: str, calib: Front) -> None:
 @pytest.mark.parametrize(
     ("environment", "more"),
     [
-        ({"PYTHONIOENCODING": "ascii"}, ()),
+        pytest.param({"PYTHONIOENCODING": "ascii"}, (), marks=pytest.mark.long),
         ({"PYTHONIOENCODING": "cp1252"}, ("--verbose",)),
-        ({"LC_ALL": "C"}, ("--verbose",)),
-        ({"PYTHONUTF8": "0"}, ()),
+        pytest.param({"LC_ALL": "C"}, ("--verbose",), marks=pytest.mark.long),
+        pytest.param({"PYTHONUTF8": "0"}, (), marks=pytest.mark.long),
     ],
 )
 def test_what_a_terminal_cannot_show_is_spelled_out(
@@ -128,6 +128,7 @@ main()
         assert rb"-1 +/- 0.1 \u6c34" in shown.stderr
 
 
+@pytest.mark.long
 def test_a_backend_of_matplotlib_that_there_is_not_changes_nothing(finished: Path) -> None:
     command = [sys.executable, "-m", "calib", "report", str(finished)]
     shown = subprocess.run(command, capture_output=True, env=os.environ | {"MPLBACKEND": "nonsense"}, check=False)

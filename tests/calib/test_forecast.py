@@ -118,6 +118,7 @@ def test_its_frames_hold_what_the_file_holds(found: front.FitResult) -> None:
     assert (coefficients.value <= coefficients.fit_q95).all()
 
 
+@pytest.mark.long
 def test_the_published_search_leaves_the_fit_alone_and_is_made_once(finished: Path, calib: Front) -> None:
     fit = (finished / "results" / "calibration.json").read_bytes()
     assert calib("fit", finished, "--effort", "quick", "--objective", "published").code == 0

@@ -27,6 +27,7 @@ def test_a_fit_cut_short_is_called_incomplete(command: str, share: float, finish
         load_fish(finished)
 
 
+@pytest.mark.long
 def test_a_fit_cut_short_is_made_again_and_the_reason_is_told(finished: Path, calib: Front) -> None:
     cut(finished / "results" / "calibration.json", 0.5)
     outcome = calib("fit", finished, "--effort", "quick", "-v")
@@ -61,6 +62,7 @@ def test_a_summary_names_the_file_that_is_cut_short_and_the_next_step(
     assert untrue not in said
 
 
+@pytest.mark.long
 def test_a_posterior_cut_short_is_made_again_and_the_reason_is_told(whole: Path, calib: Front) -> None:
     cut(whole / "results" / "posterior.json", 0.5)
     outcome = calib("posterior", whole, "-v")

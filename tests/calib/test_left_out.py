@@ -168,6 +168,7 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
     assert np.delete(used.confidence.values, column, axis=1).mean() > 0.9
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_without_the_tail_tip_there_is_no_ebt_and_all_else_stands(calib: Front, fresh: Path) -> None:
     def lose_the_fin(position_px: np.ndarray) -> None:

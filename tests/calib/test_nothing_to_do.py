@@ -71,6 +71,7 @@ def test_a_repeated_command_loads_none_of_the_libraries(calib: Front, whole: Pat
     assert shown.splitlines()[-2] == str(whole / "results" / "calibration.json")
 
 
+@pytest.mark.long
 def test_without_an_effort_that_of_the_results_that_stand_is_taken(calib: Front, whole: Path) -> None:
     (whole / "results" / "posterior.nc").unlink()
     before = (whole / "results" / "calibration.json").read_bytes()

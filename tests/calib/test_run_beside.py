@@ -1,6 +1,5 @@
 """`calib run` on several cores: the posterior is sampled in a process of its own while this one diagnoses."""
 
-import os
 import shutil
 from pathlib import Path
 
@@ -10,11 +9,10 @@ from calib import batch
 from calib.batch import run_pipeline
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, open_session
-from swimcal.errors import NotConverged, NotEnoughData, SwimcalError
+from swimcal.errors import NotConverged, NotEnoughData
 from swimcal.session import Session
+from tests.calib.children import Sampled, die, fail, refuse
 from tests.calib.door import lasting, little_posterior, with_little_effort
-
-Sampled = tuple[list[Path], list[str], SwimcalError | None]
 
 
 def sample_little(session: Session, effort: EffortName | None, workers: int) -> Sampled:
@@ -22,18 +20,6 @@ def sample_little(session: Session, effort: EffortName | None, workers: int) -> 
         with_little_effort(patch)
         little_posterior(patch)
         return batch._sample_alone(session, effort, workers)
-
-
-def die(_session: Session, effort: EffortName | None, workers: int) -> Sampled:  # noqa: ARG001
-    os._exit(1)
-
-
-def refuse(_session: Session, effort: EffortName | None, workers: int) -> Sampled:  # noqa: ARG001
-    return [], ["! it has not converged"], None
-
-
-def fail(_session: Session, effort: EffortName | None, workers: int) -> Sampled:  # noqa: ARG001
-    return [], [], NotEnoughData("no swim is left")
 
 
 def fitted(folder: Path) -> Pipeline:

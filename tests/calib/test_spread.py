@@ -1,6 +1,5 @@
 """Each piece is done once; a process or worker that dies costs its own piece only."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,13 +10,7 @@ from distributed import LocalCluster
 from calib import batch as of_spread
 from calib.batch import spread
 from swimcal.errors import InputError
-
-
-def fatal(number: int) -> int:
-    """One piece ends its process."""
-    if number == 1:
-        os._exit(1)
-    return 2 * number
+from tests.calib.children import fatal
 
 
 def lost(number: int, _why: str) -> int:
@@ -28,6 +21,7 @@ def test_a_process_that_dies_costs_its_own_piece_only() -> None:
     assert sorted(spread(fatal, [1, 2], lost, jobs=2)) == [-1, 4]
 
 
+@pytest.mark.long
 def test_a_script_needs_no_guard_against_running_itself_again(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text("from calib.batch import spread\nprint(sorted(spread(abs, [-1, -2], max, jobs=2)))\n")

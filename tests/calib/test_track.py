@@ -37,7 +37,7 @@ from tracking.video import Frame, Video
 def refuse_to_find(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if no picture showed the markers with certainty."""
     monkeypatch.setattr(import_module("tracking.find_boxes"), "CERTAIN", 2.0)
-    monkeypatch.setattr("calib.stages.videos._SEARCHED", (0,))
+    monkeypatch.setattr("calib.stages.videos._searched", lambda _frames: [0])
 
 
 def shades(path: Path) -> bytes:

@@ -38,6 +38,7 @@ def test_every_change_is_told_by_effects_of_the_catalogue() -> None:
         assert made.stage == catalogue()[made.right[0]].stage if made.right else made.stage
 
 
+@pytest.mark.long
 def test_a_session_is_one_like_any_users_and_the_change_is_in_it(tmp_path: Path) -> None:
     plans = (PlainPlan("m000", 7, None), PlainPlan("m001", 7, "stiffer"), PlainPlan("m002", 7, None))
     assert make_plain(tmp_path, plans) == 3

@@ -186,6 +186,7 @@ def test_lines_of_several_runs_add_up_and_decide_the_exit_status(tmp_path: Path)
     assert "| rests | 1 | 1 |" in text
 
 
+@pytest.mark.long
 def test_the_program_itself_is_run_and_judged(tmp_path: Path) -> None:
     made = session()
     apply(made, next(kind for kind in KINDS if kind.name == "milliseconds"), np.random.default_rng(0))

@@ -64,6 +64,7 @@ def test_what_nobody_measured_of_the_robot_is_off(drawn: DrawnSession) -> None:
     assert 0 < abs(swam.crank.arm_m / known.crank.arm_m - 1) < 0.08
 
 
+@pytest.mark.long
 def test_trials_of_a_varied_session_differ_in_trim_registration_and_speed_and_in_nothing_else(
     drawn: DrawnSession,
 ) -> None:

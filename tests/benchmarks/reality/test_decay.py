@@ -49,6 +49,7 @@ def linearised_chain(robot, at_hinges, stiffness, damping):
     return swinging[np.argmin(np.abs(swinging))]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("per_gap", [*later(1), 2])
 def test_a_free_decay_swings_as_the_linearised_chain(per_gap):
     robot = load_robot()

@@ -69,6 +69,7 @@ def test_more_hinges_converge():
     assert second < 0.4 * first  # errors fall with the square of their number
 
 
+@pytest.mark.long
 def test_one_hinge_a_gap_moves_in_air_as_the_twin_does():
     """Two programs, one mechanism: chain, springs, tendons and crank are those of the description."""
     time_s = np.arange(0, 0.8, 1 / 60)
@@ -112,6 +113,7 @@ def test_a_current_carries_the_fish_along():
     assert carried.head[:, :2] - still.head[:, :2] == pytest.approx(shift, abs=1e-9)  # Galilei
 
 
+@pytest.mark.long
 def test_what_blows_up_is_an_error():
     wild = replace(BASE, coefficients=(-40.0, -40.0, 0.0, 0.0, 0.0))
     with pytest.raises(SimulationDiverged, match="1 of 1 reference simulations diverged; the first a swim at 1 Hz"):

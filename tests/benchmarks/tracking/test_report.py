@@ -22,6 +22,7 @@ def quiet(_said: str, _share: float | None) -> None:
     """Tells nobody."""
 
 
+@pytest.mark.long
 def test_every_tracker_is_measured_once_and_compared_to_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -30,6 +30,7 @@ def test_neighbours_are_as_close_as_the_clip_says(name: str, nearest_px: float) 
     assert truth.diameter_px.max() < nearest_px
 
 
+@pytest.mark.long
 def test_two_and_three_times_the_motion_are() -> None:
     speed = [
         np.linalg.norm(np.diff(truth_of(name).shown_px, axis=0), axis=2).max()

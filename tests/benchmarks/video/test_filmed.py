@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from benchmarks.video.filmed import SessionVideo
 from swimcal.session import load_session
@@ -56,6 +57,7 @@ def test_the_errors_of_a_tracker_are_left_out_of_what_is_filmed(tmp_path: Path) 
     assert files_of(tmp_path / "some")["trials/fast.csv.gz"] == files_of(tracked)["trials/fast.csv.gz"]
 
 
+@pytest.mark.long
 def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
     folders = [
         film(tmp_path / str(width), SessionVideo(trials=("slow",), width_px=width, height_px=height))

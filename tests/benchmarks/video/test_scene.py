@@ -30,6 +30,7 @@ def painted(scene: PoolScene, number: int, gray: float) -> np.ndarray:
     )
 
 
+@pytest.mark.long
 def test_a_disc_is_painted_where_the_truth_says() -> None:
     errors = []
     for x, y in np.random.default_rng(0).uniform(-2, 2, (40, 2)):

@@ -100,6 +100,7 @@ def test_a_wall_far_off_is_none_and_one_nearby_is_felt():
     assert np.abs(near.position_px - quick.position_px).max() > 1.0
 
 
+@pytest.mark.long
 def test_every_effect_is_of_the_catalogue_acts_and_is_none_at_zero():
     assert set(CATALOGUED) <= set(catalogue())
     drawn = {name: draw(np.random.default_rng(1)) for name, draw in CATALOGUED.items()}

@@ -99,6 +99,7 @@ def test_a_slack_line_neither_pulls_nor_pushes_in_its_play():
     assert tension(-0.008, -0.008) == pytest.approx(-STIFFNESS * np.array([0.004, 0.004]), rel=0.01)
 
 
+@pytest.mark.long
 def test_slack_narrows_the_bend_of_the_tail():
     dry = Trial("dry", 1.0, 1.0, run_in_s=0.2)
     tight, loose = simulate(
