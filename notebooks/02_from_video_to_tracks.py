@@ -132,7 +132,7 @@ plt.show()
 # %%
 own = session.results / "tracking" / "f1_00_video.csv"
 for form, name in (("deeplabcut", "f1_00.dlc.csv"), ("movement", "f1_00.nc")):
-    back = calib.load_tracks(calib.convert_tracks(own, folder / name, form), session.markers)
+    back = calib.load_tracks(calib.convert_tracks(own, folder / name, form), session.markers, fps=session.camera.fps)
     print(form, "keeps the positions:", np.allclose(back.position, filled.position, atol=1e-3, equal_nan=True))
 
 recording = calib.view(session).file

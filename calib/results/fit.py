@@ -330,7 +330,7 @@ class FitResult(Result):
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
-            "good_with_effects": f"{better}; what is flagged is that the exported twin lacks the named effects",
+            "good_with_effects": f"{better}, and nothing is flagged but what the named effects explain",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": "no held-out trial is left"
             if self.data.left_out

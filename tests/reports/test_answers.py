@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from reports.context import ReportContext
 from reports.first_screen import build_summary, representative, swim_from_above
 from reports.report import render_report
 from reports.words import in_mm, shown
+from swimcal.flags import Flag
 from swimcal.robot import load_robot
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.page import Page
@@ -125,3 +127,42 @@ def test_a_result_that_cannot_be_read_is_told_by_its_file(result: str, untrue: s
     page = Page(render_report(replace(made_context(), damaged={result: f"{result}.json"})))
     assert page.text.count(f"results/{result}.json is damaged or cut short") == 2  # on the first screen, and below
     assert untrue not in page.text
+
+
+LACKING = (
+    Flag("speed_missed", message="it swims at 142 mm/s, its twin at 133"),
+    Flag("scale_drifts", message="it does"),
+)
+OF_POSTERIOR = (Flag("model_discrepancy", message="something is missing"), Flag("emulator_off", message="it is off"))
+
+
+@pytest.mark.parametrize(
+    ("change", "explains"),
+    [
+        ({}, True),
+        ({"verdict": "inseparable"}, False),
+        ({"borderline": "unexplained (background_current)"}, False),
+        ({"doubted_trials": ("slow",)}, False),
+        ({"models": ()}, False),
+        ({"withheld_from_catalogue": ("wave_drag",)}, False),
+    ],
+)
+def test_what_says_no_more_than_that_the_named_effects_lack_is_no_caveat(
+    context: ReportContext, change: dict[str, Any], explains: bool
+) -> None:
+    first, *others = context.calibration.trials
+    calibration = replace(context.calibration, trials=(replace(first, flags=LACKING), *others))
+    found = made_diagnosed("named")
+    validated = replace(
+        found.evidence, cross_validation=replace(found.evidence.cross_validation, trials=("a", "b", "c"))
+    )
+    plain = replace(found, remainder=None, models=("twin.xml",), effect_parameters={}, evidence=validated)
+    clear = replace(plain, **change)
+    posterior = replace(made_summary(), flags=OF_POSTERIOR)
+    answers = replace(context, calibration=calibration, diagnosed=clear, posterior=posterior).answers
+
+    kinds = ("misses the speed", "omething is missing")
+    assert [any(kind in text for text in answers.explained) for kind in kinds] == [explains] * 2
+    assert [any(kind in text for text in answers.caveats) for kind in kinds] == [not explains] * 2
+    assert any("It is off" in text for text in answers.caveats)
+    assert not set(answers.explained) & set(answers.caveats)
