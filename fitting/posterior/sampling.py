@@ -41,6 +41,7 @@ _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
+_ASKED_FIRST = 16  # fewest twins whose start from rest is simulated
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
@@ -217,7 +218,7 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     points = _draw_about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulate(mode, points)
     points, features = points[good], features[good]
-    forward = mode.model.swim_forward(points)
+    forward = tell_forward(mode, points)
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
         tell(f"emulating the twin, round {round_ + 1}", 1 - 0.5 ** (round_ + 1))  # two rounds mostly do
@@ -233,7 +234,7 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
         error, held = _measure_error(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
-        forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
+        forward = np.append(forward, tell_forward(mode, fresh[good, :5]))
         settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
         before = places
         if settled and error < _GOOD_ENOUGH:
@@ -246,6 +247,22 @@ def _simulate(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Simulate features (s, k) at points (s, 5), and tell where the twin did not diverge (s,)."""
     features = mode.model.simulated(points)
     return np.isfinite(features).all(axis=1), features
+
+
+def tell_forward(mode: Mode, points: np.ndarray) -> np.ndarray:
+    """Tell which twins swim forward from rest (s,), at points (s, 5) about a mode, which does.
+
+    A start from rest takes longer than the trials, so the outer points are asked first. Where all of these swim
+    forward, those between them and the mode do, too.
+    """
+    off = points - mode.coefficients
+    far = np.argsort(-np.einsum("si,ij,sj->s", off, np.linalg.inv(mode.coefficient_covariance), off))
+    outer, inner = np.split(far, [max(_ASKED_FIRST, len(points) // 4)])
+    forward = np.ones(len(points), bool)
+    forward[outer] = mode.model.swim_forward(points[outer])
+    if len(inner) and not forward.all():
+        forward[inner] = mode.model.swim_forward(points[inner])
+    return forward
 
 
 def _measure_error(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> tuple[float, bool]:
