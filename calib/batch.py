@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import pickle
 import platform
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -109,10 +108,18 @@ def _run_alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
 
 
 @contextmanager
-def _in_own_process(work: Callable[[Piece], Outcome], piece: Piece) -> Iterator[Callable[[], Outcome]]:
-    """Do a piece in a process of its own during the block, which takes the outcome; left without it, it is ended."""
-    child = (sys.executable, "-c", _CHILD)
-    with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+def _in_own_process(
+    work: Callable[[Piece], Outcome], piece: Piece, interrupted: bool = True
+) -> Iterator[Callable[[], Outcome]]:
+    """Do a piece in a process of its own during the block, which takes the outcome; left without it, it is ended.
+
+    Args:
+        work: done on the piece; it can be pickled.
+        piece: the piece of work.
+        interrupted: whether a Ctrl-C on the terminal reaches that process, too.
+    """
+    child, group = (sys.executable, "-c", _CHILD), None if interrupted else 0
+    with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=group) as process:
         assert process.stdin is not None
         try:
             process.stdin.write(pickle.dumps(sys.path) + pickle.dumps((work, piece)))
@@ -226,7 +233,7 @@ def _sample_while_diagnosing(pipeline: Pipeline) -> None:
     """Sample the posterior in a process of its own, and diagnose here; if that process dies, sample here afterwards."""
     options = pipeline.options
     work = partial(_sample_alone, effort=options.effort, workers=options.workers)
-    with _in_own_process(work, pipeline.session) as sampled:
+    with _in_own_process(work, pipeline.session, interrupted=False) as sampled:
         pipeline.diagnosis()
         pipeline.job.progress("sampling the posterior", None)
         try:
@@ -243,7 +250,7 @@ def _sample_while_diagnosing(pipeline: Pipeline) -> None:
 def _sample_alone(
     session: Session, effort: EffortName | None, workers: int
 ) -> tuple[list[Path], list[str], SwimcalError | None]:
-    """Sample the posterior of a session whose lock the caller holds, and who ends this process where interrupted.
+    """Sample the posterior of a session whose lock the caller holds.
 
     Args:
         session: the session.
@@ -253,7 +260,6 @@ def _sample_alone(
     Returns:
         The files made, notes for the user, and the error that ended the work; None where it was done.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     pipeline, error = Pipeline(session, Options(effort, workers)), None
     try:
         _sample(pipeline)

@@ -1,7 +1,9 @@
 """Work for processes of their own, which start quickly because this module loads next to nothing."""
 
 import os
+import time
 from pathlib import Path
+from typing import Any
 
 from swimcal.errors import NotEnoughData, SwimcalError
 
@@ -18,6 +20,13 @@ def fatal(number: int) -> int:
 def die(_session: object, effort: object, workers: int) -> Sampled:  # noqa: ARG001
     """The process ends before there is a posterior."""
     os._exit(1)
+
+
+def linger(session: Any, effort: object, workers: int) -> Sampled:  # noqa: ARG001
+    """It tells who it is, and takes a minute."""
+    (session.folder / "process").write_text(str(os.getpid()))
+    time.sleep(60)
+    return [], [], None
 
 
 def refuse(_session: object, effort: object, workers: int) -> Sampled:  # noqa: ARG001

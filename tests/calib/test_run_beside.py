@@ -1,6 +1,8 @@
 """`calib run` on several cores: the posterior is sampled in a process of its own while this one diagnoses."""
 
+import os
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -9,9 +11,9 @@ from calib import batch
 from calib.batch import run_pipeline
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, open_session
-from swimcal.errors import NotConverged, NotEnoughData
+from swimcal.errors import NotEnoughData
 from swimcal.session import Session
-from tests.calib.children import Sampled, die, fail, refuse
+from tests.calib.children import Sampled, die, fail, linger, refuse
 from tests.calib.door import lasting, little_posterior, with_little_effort
 
 
@@ -76,11 +78,17 @@ def test_its_error_is_that_of_the_run(finished: Path, monkeypatch: pytest.Monkey
         run_pipeline(fitted(finished))
 
 
-def test_a_diagnosis_that_fails_leaves_no_process_behind(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stop(_: Pipeline) -> None:
-        raise NotConverged("stopped")
+def test_a_diagnosis_that_is_stopped_leaves_no_process_behind(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = finished / "process"
 
+    def stop(_: Pipeline) -> None:
+        while not (told.is_file() and told.read_text()):
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "_sample_alone", linger)
     monkeypatch.setattr(Pipeline, "diagnosis", stop)
-    with pytest.raises(NotConverged, match="stopped"):
+    with pytest.raises(KeyboardInterrupt):
         run_pipeline(fitted(finished))
-    assert not (finished / "results" / "posterior.json").exists()
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(told.read_text()), 0)
