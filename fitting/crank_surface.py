@@ -430,7 +430,7 @@ def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit
     found = []
     for i, (part, p, pose) in enumerate(zip(parts, points, poses, strict=True)):
         speed, phase = units[1 + _OWN * i], units[2 + _OWN * i]
-        back = 2 * np.pi * part.middle_s  # from the middle of the trial to time 0
+        back = 2 * np.pi * part.middle_s  # turn between the middle of the trial and time 0
         at_start = float((p[2] - back * p[1]) % (2 * np.pi))
         about = part.about_mean(residuals[i])[1]
         motion = float(np.sqrt((np.abs(about) ** 2).sum() / part.trial.weight.sum()))

@@ -148,7 +148,7 @@ class FeatureReader:
         trends = self._drift(self.degrees[1])[:, 1:]
         trends = trends - trends.mean(axis=0)
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
-        read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # from scaled time to seconds
+        read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # scaled time becomes seconds
         return read
 
     @cached_property

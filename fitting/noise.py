@@ -184,7 +184,7 @@ class FeatureNoise:
         """Build the mean of the noises of some trials, for frames at times (n,); sizes are their medians."""
         parts = [replace(part, share=part.share / len(noises)) for noise in noises for part in noise.parts]
         sizes = np.array([noise.sd_m for noise in noises])
-        worst = np.nanmax(sizes)  # for a marker that none of them shows
+        worst = np.nanmax(sizes)  # size for a marker that none of them shows
         middle = [np.median(own[np.isfinite(own)]) if np.isfinite(own).any() else worst for own in sizes.T]
         return cls.of_parts(np.array(middle), parts, time_s)
 

@@ -66,7 +66,7 @@ def reach_figure(swims: PolicySwims) -> Figure:
     """Draw cells by distance and bearing, coloured by the share reached, with the median time."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
     for inner, outer in pairwise(RINGS_M):
-        for low, high in pairwise((*(-side for side in SIDES_RAD[:0:-1]), *SIDES_RAD)):  # from right to left
+        for low, high in pairwise((*(-side for side in SIDES_RAD[:0:-1]), *SIDES_RAD)):  # sides run from right to left
             _draw_cell(axes, swims, (inner, outer), (low, high))
     _draw_missed(axes, swims.start_m[~swims.reached])
     _draw_start(axes)

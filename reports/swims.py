@@ -150,7 +150,7 @@ def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
     """Draw a row for each tail marker, all to one scale; flagged samples are marked and do not count."""
     tail = tail_markers(robot, trial.measured.markers)
     spread = np.unique(np.linspace(0, len(tail) - 1, min(len(tail), _MOST_ROWS)).round().astype(int))
-    chosen = [tail[i] for i in spread]  # from the root to the fin
+    chosen = [tail[i] for i in spread]  # markers run from the root to the fin
     lateral = trial.measured.head.shape_m[:, chosen, 1] * MM  # (n, r)
     twin = trial.simulated.shape_m[:, chosen, 1] * MM
     good = trial.measured.weight[:, chosen] > 0

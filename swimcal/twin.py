@@ -21,7 +21,7 @@ from swimcal.runs import MarkerKinematics, Runs, Trajectories, quiet_engine, wor
 FORCE_FIELDS = slice(1, 6)  # columns of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
-_PHASES = 48  # in the table of quasi-static tail poses
+_PHASES = 48  # phases in the table of quasi-static tail poses
 _SLOW_TURN_S = 4.0  # turn in which they are read off
 FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)

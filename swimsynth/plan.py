@@ -35,7 +35,7 @@ FIT_HZ = (0.6, 1.3)
 SLIP_S = 0.02
 """The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
 FEWEST_S = 5.0  # shortest swim
-FEWEST_BEATS = 3.2  # in any swim
+FEWEST_BEATS = 3.2  # fewest beats of any swim
 
 DRY_HZ = (0.6, 0.9)
 BENT_RAD = ((0.18, 0.21, 0.21, 0.17, 0.08), (-0.2, -0.22, -0.18, -0.12, -0.05), (0.12, 0.17, 0.22, 0.2, 0.12))

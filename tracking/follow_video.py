@@ -95,7 +95,7 @@ class _Pass:
     def __init__(self, video: Video, markers: tuple[str, ...], partial: Partial | None) -> None:
         self._video, self._markers, self._partial = video, markers, partial
         self._samples = np.full((video.info.frames, len(markers)), NO_SAMPLE)
-        self._unseen = np.zeros(len(markers), int)  # for how many frames now
+        self._unseen = np.zeros(len(markers), int)  # number of frames without any sight of it, up to now
         self._repeats = Repeats()
         self._end = 0  # one past the last frame taken in
         self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew

@@ -16,7 +16,7 @@ import xarray as xr
 
 from swimcal.tracks import markers_of, pixels_of
 
-_ROUNDS = 5  # of Newton's method, and of undoing a distortion; of k1 -0.3 they leave a thousandth
+_ROUNDS = 5  # rounds of Newton's method, and of undoing a distortion; of k1 -0.3 they leave a thousandth
 _FEWEST = 60  # frames with nose and neck
 _FEWEST_TIMES = 8.0  # times that the errors must have changed for their size to be known
 

@@ -269,7 +269,7 @@ class Video:
             self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
         self._suspect = 0, np.zeros(self.info.frames, bool)  # number of lost frames, and their mask
-        self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
+        self._decoders: dict[int, Decoder] = {}  # decoders that `frame` uses, by their threads
 
     def __enter__(self) -> Self:
         return self
