@@ -18,6 +18,8 @@ from swimcal.tracks import markers_of, pixels_of
 
 _ROUNDS = 5  # rounds of Newton's method, and of undoing a distortion; of k1 -0.3 they leave a thousandth
 _FEWEST = 60  # frames with nose and neck
+_SHORTEST = 1e-6  # difference of slopes that still is a length
+_STRONGEST = 0.3  # relative shift of the farthest marker beyond which a polynomial of one term is no lens
 _FEWEST_TIMES = 8.0  # times that the errors must have changed for their size to be known
 
 
@@ -59,10 +61,10 @@ def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: fl
     trusted = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     slopes = (trusted - middle) / (picture_px[0] / 2) * half_width
     nose, neck = (slopes[:, markers_of(tracks).index(name)] for name in ("nose", "neck"))
-    seen = np.isfinite(nose).all(axis=1) & np.isfinite(neck).all(axis=1)
+    seen = np.hypot(*(nose - neck).T) > _SHORTEST  # False where one is not seen
     if seen.sum() < _FEWEST:
         return None
-    ends, k1 = np.stack([nose[seen], neck[seen]]), 0.0
+    ends, k1, farthest = np.stack([nose[seen], neck[seen]]), 0.0, float(np.nanmax(np.hypot(*slopes.reshape(-1, 2).T)))
     for _ in range(_ROUNDS):
         columns, off = _straightened(ends, k1)
         moments = columns.T @ columns
@@ -70,12 +72,14 @@ def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: fl
             return None
         weights = np.linalg.solve(moments, columns.T @ off)
         k1 += float(weights[0])
+        if abs(k1) * farthest**2 > _STRONGEST:  # these are no lengths of one robot
+            return None
     off = off - columns @ weights
     lasting = _lasting_frames(off)
     if len(off) < _FEWEST_TIMES * lasting:
         return None
     sd = float(np.sqrt(np.linalg.inv(moments)[0, 0] * lasting * (off**2).mean()))
-    return SeenBending(k1, sd, float(np.nanmax(np.hypot(*slopes.reshape(-1, 2).T))))
+    return SeenBending(k1, sd, farthest)
 
 
 def _straightened(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
@@ -87,3 +89,23 @@ def test_without_nose_or_with_few_frames_nothing_is_told() -> None:
     tracks = swim(0.0, np.random.default_rng(7))
     assert seen_bending(tracks.isel(time=slice(0, 40)), PICTURE_PX, HALF_WIDTH) is None
     assert seen_bending(tracks.isel(keypoint=[1]), PICTURE_PX, HALF_WIDTH) is None
+
+
+@given(seed=st.integers(0, 10_000), kind=st.sampled_from(["noise", "on a point", "a jump", "far away", "half gone"]))
+def test_no_tracks_make_it_fall(seed: int, kind: str) -> None:
+    random = np.random.default_rng(seed)
+    tracks = swim(float(random.uniform(-0.5, 0.5)), random)
+    px = tracks.position.values
+    if kind == "noise":
+        px[:] = random.uniform(-500, 2000, px.shape)
+    elif kind == "on a point":
+        px[:, :, 1] = px[:, :, 0]
+    elif kind == "a jump":
+        px[random.integers(1, len(px)) :] += random.uniform(-5000, 5000)
+    elif kind == "far away":
+        px[:] *= 10.0 ** random.uniform(1, 9)
+    else:
+        px[random.random(px.shape) < 0.5] = np.nan
+    for flag in lens_flags(CAMERA, tracks, PICTURE_PX):
+        assert flag.kind == "no_lens"
+        assert "nan" not in flag.message
