@@ -1,6 +1,7 @@
 """Sections on swims, with their figures: the motion of each trial, its residuals by marker, the beat of its tail."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -62,13 +63,31 @@ Waves = tuple[BodyWave, BodyWave]
 # The motion of each trial.
 
 
+class Frame(NamedTuple):
+    """Ends of the axes of midlines, mm: along the head, and to either side."""
+
+    left: float
+    right: float
+    reach: float
+
+    @classmethod
+    def around(cls, midlines_mm: np.ndarray) -> "Frame":
+        """Leave some room around midlines (..., 2)."""
+        reach = 1.15 * max(float(np.nanmax(np.abs(midlines_mm[..., 1]), initial=1.0)), 20.0)
+        return cls(float(np.nanmin(midlines_mm[..., 0])) - 15, float(np.nanmax(midlines_mm[..., 0])) + 25, reach)
+
+
 @styled
-def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
-    """Draw midlines at sixteen phases of the beat, to scale; dotted in both panels, the measured envelope."""
+def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec, frame: Frame | None = None) -> Figure:
+    """Draw midlines at sixteen phases of the beat, to scale; dotted in both panels, the measured envelope.
+
+    Args:
+        trial: the trial.
+        robot: its robot.
+        frame: ends of the axes, mm; None: as this trial needs them.
+    """
     measured, simulated = (midlines * MM for midlines in beat_midlines(trial, robot))  # (16, k, 2) each
-    both = np.concatenate([measured, simulated])
-    reach = 1.15 * max(float(np.nanmax(np.abs(both[..., 1]), initial=1.0)), 20.0)
-    left, right = float(np.nanmin(both[..., 0])) - 15, float(np.nanmax(both[..., 0])) + 25
+    left, right, reach = frame or Frame.around(np.concatenate([measured, simulated]))
     height = (HALF_WIDTH_IN - MARGINS.left - MARGINS.right) * 2 * reach / (right - left)
     figure, (above, below) = panels(2, Grid(1, height, (0.0, 0.26)), HALF_WIDTH_IN)
     for axes, midlines, colour, title in ((above, measured, INK, "measured"), (below, simulated, TWIN, "twin")):
@@ -208,7 +227,9 @@ def build_trials(context: ReportContext) -> Section:
         "Midlines through the beat in the frame of the head, to scale, robot above twin; dotted in both: the robot’s "
         "envelope."
     )
-    blocks = [Plots(tuple(_envelope(trial, robot) for trial in trials), text)]
+    midlines = [MM * each.reshape(-1, 2) for trial in trials for each in beat_midlines(trial, robot)]
+    frame = Frame.around(np.concatenate(midlines))
+    blocks = [Plots(tuple(_envelope(trial, robot, frame) for trial in trials), text)]
     if (chosen := representative(trials)) is not None:
         blocks.append(Plots(_motion(chosen, robot)[1:]))  # the path alone shows no difference
     return Section("The body through the beat", "trials", tuple(blocks))
@@ -231,11 +252,11 @@ def _label(trial: CalibratedTrial) -> str:
     return f"{measured.name}, {shown(measured.frequency.hz, 2)} Hz, {role}"
 
 
-def _envelope(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
+def _envelope(trial: CalibratedTrial, robot: RobotSpec, frame: Frame | None = None) -> Plot:
     measured, simulated = beat_midlines(trial, robot)
     sweep = f"the fin sweeps {_sweep(measured)} mm, the twin’s {_sweep(simulated)} mm"
     return Plot(
-        tail_envelope_figure(trial, robot),
+        tail_envelope_figure(trial, robot, frame),
         f"{trial.measured.name}-envelope",
         f"Midlines at sixteen phases of the beat, mean over all compared beats, to scale; {sweep}.",
         label=f"{_label(trial)}.",
