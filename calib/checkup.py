@@ -55,7 +55,7 @@ def check_session(folder: Path) -> Iterator[Check]:
     try:
         session = open_session(folder, needs_commands=False)
     except SwimcalError as problem:
-        yield Check("session", "fault", str(problem), "Correct these, then run `calib doctor` again.")
+        yield Check("session", "fault", str(problem), "Correct this, then run `calib doctor` again.")
         return
     yield Check("session", "ok", f"{session.name}, {len(session.trials)} trials")
     yield from _trials(session)

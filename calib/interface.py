@@ -29,6 +29,7 @@ from calib import camera, capture, policy
 from calib.kept_output import keep_output
 from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
 from swimcal.errors import (
+    Fault,
     FaultCollector,
     InputError,
     ModelMismatch,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from calib.results.tracks import TrackResult
     from calib.results.twin import SwimTwin, draw_robot
     from swimcal.effects.effect import Effect, Parameter
+    from swimcal.mjcf import FluidCoefficients
     from tracking.follow_video import TrackerName
 
 __all__ = [
@@ -388,6 +390,9 @@ def load_tracks(
     """
     from tracking.formats import import_tracks
 
+    faults = FaultCollector("the options")
+    _check_fps(fps, faults)
+    faults.raise_if_any()
     return import_tracks(Path(path), tuple(markers), fps, rename)
 
 
@@ -428,6 +433,8 @@ def convert_tracks(
     _check_fps(fps, faults)
     if not all(names) or len(set(names)) < len(names):
         faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
+    if Path(out).suffix in (".h5", ".hdf5"):
+        faults.add("--out", "HDF5 is not written", found=str(out), expected="a name that ends in .csv or .nc")
     if Path(out).suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
     faults.raise_if_any()
@@ -474,6 +481,9 @@ def run(
     from calib.batch import index_sessions, run_all, run_pipeline
 
     check_last_step(until)
+    _ = Options(effort)  # an effort that does not exist is no failure of a session
+    if jobs < 1:
+        raise InputError([Fault("jobs", "", "no number of sessions at a time", str(jobs), "1 or more")])
     if isinstance(sessions, Session | str | Path):
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
@@ -481,7 +491,7 @@ def run(
                 keep_output(pipeline)
                 return _result_of_fit(pipeline)
         sessions = [sessions]
-    folders = [_folder(each) for each in sessions]
+    folders = _list_folders(sessions)
     return index_sessions(
         folders, None, run_all(folders, effort, jobs, workers, progress, scheduler, partial(run_pipeline, until=until))
     )
@@ -514,7 +524,7 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
         assert entry.report is not None
         return Export((entry.report,), (note,))
     several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
-    return index_sessions([_folder(each) for each in several], index, {})
+    return index_sessions(_list_folders(several), index, {})
 
 
 def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:
@@ -601,7 +611,7 @@ def load_twin(
     """
     from calib.results.twin import SwimTwin
     from swimcal.effects.affected_twin import AffectedTwin
-    from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients
+    from swimcal.mjcf import PUBLISHED_COEFFICIENTS
     from swimcal.robot import load_robot
     from swimcal.twin import Twin
 
@@ -613,7 +623,7 @@ def load_twin(
             stage = pipeline.the_fit()
             robot, water, markers = stage.robot, stage.result().coefficients, pipeline.session.markers
     if coefficients is not None:
-        water = FluidCoefficients(*coefficients)
+        water = _check_coefficients(coefficients)
     engine, chosen = Twin(robot, markers, workers=workers), tuple(_find_effects(effects))
     return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine)
 
@@ -648,7 +658,8 @@ def compare(
     """
     import pandas as pd
 
-    results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
+    several = [items] if isinstance(items, Session | str | Path) else items
+    results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in several]
     names = [result.session.name for result in results]
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
 
@@ -735,7 +746,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         [('f0_75', 0.75, 'fit'), ('f1_25', 1.25, 'holdout')]
     """
     from calib.new import new_from_files
-    from swimcal.create_session import new_from_fishsim
+    from swimcal.create_session import check_empty, new_from_fishsim
     from swimcal.robot import load_robot
     from swimsynth.plan import default_plan
     from swimsynth.session import make_session
@@ -755,6 +766,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     elif synthetic:
         from calib.progress_bar import progress_bar
 
+        check_empty(Path(folder).absolute())  # before anything is simulated
         with progress_bar(quiet=not progress) as tell:
             file = robot if robot is not None or model is None else model.robot_file
             spec = None if file is None else load_robot(Path(file))
@@ -827,8 +839,23 @@ def _check_options(sources: Mapping[str, bool], options: Mapping[str, object]) -
 def _folder(session: AnySession) -> Path:
     if isinstance(session, Session):
         return session.folder
+    if not isinstance(session, str | Path):
+        expected = "its folder, or what `open_session` gives"
+        raise InputError([Fault("session", "", "no session", repr(session), expected)])
     path = Path(session)
     return path.parent if path.name == SESSION_FILE else path
+
+
+def _list_folders(sessions: Iterable[AnySession]) -> list[Path]:
+    """Return the folders of several sessions.
+
+    Raises:
+        InputError: there is none.
+    """
+    folders = [_folder(each) for each in sessions]
+    if not folders:
+        raise InputError([Fault("sessions", "", "no session", "an empty list", "one or more")])
+    return folders
 
 
 def _list_paths(paths: Any) -> list[Any]:
@@ -849,12 +876,23 @@ def _is_robot(source: AnySession | None) -> bool:
     return not isinstance(source, Session) and Path(source).suffix == ".toml" and Path(source).name != SESSION_FILE
 
 
+def _check_coefficients(coefficients: Sequence[float]) -> FluidCoefficients:
+    from swimcal.mjcf import FluidCoefficients as Water
+
+    given = [float(each) for each in coefficients]
+    if len(given) != len(Water._fields) or not all(0 <= each < float("inf") for each in given):
+        names = ", ".join(name.replace("_", " ") for name in Water._fields)
+        what, expected = "no coefficients of the fluid forces", f"five numbers of 0 or more: {names}"
+        raise InputError([Fault("coefficients", "", what, str(list(coefficients)), expected)])
+    return Water(*given)
+
+
 def _find_effects(effects: Iterable[str | Effect]) -> Iterable[Effect]:
     from calib.stages.diagnosis import check_names
     from swimcal.effects.catalogue import catalogue
     from swimcal.effects.effect import Effect
 
-    asked = list(effects)
+    asked = [effects] if isinstance(effects, str) else list(effects)
     check_names("effects", [each for each in asked if isinstance(each, str)], catalogue())
     return (each if isinstance(each, Effect) else catalogue()[each] for each in asked)
 

@@ -285,6 +285,9 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
         found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
         if commands_hz:
             trial.commanded_hz = float(commands_hz[number])
+            if not 0 < trial.commanded_hz < float("inf"):
+                what, expected = "not a command", "crank turns a second above 0"
+                raise InputError([Fault("--commands", "", what, f"{trial.commanded_hz:g}", expected)])
         elif found:
             trial.commanded_hz = float(f"{found[1]}.{found[2]}")
 

@@ -159,12 +159,14 @@ class HowSure:
         sampled: whether they are those of the posterior; else they are approximate, of the fit.
         in_band: number of held-out trials with a speed within the predicted 90 % band, and number of all.
         damaged: the file of the posterior that cannot be read; "" where there is none.
+        misfit: whether the twin at these coefficients leaves more than noise explains.
     """
 
     intervals: Mapping[str, Interval]
     sampled: bool
     in_band: tuple[int, int] = (0, 0)
     damaged: str = ""
+    misfit: bool = False
 
     @property
     def verdict(self) -> str:
@@ -179,6 +181,11 @@ class HowSure:
         return f"Not determined: {listed(loose)}; the others are."
 
     @property
+    def beware(self) -> str:
+        """A sentence on what the intervals leave out; empty where they leave out nothing that is known."""
+        return "The twin lacks something, so the true coefficients may lie outside." if self.misfit else ""
+
+    @property
     def band(self) -> str:
         """A sentence on how often held-out speeds are as predicted; empty where none was predicted."""
         inside, count = self.in_band
@@ -190,7 +197,7 @@ class HowSure:
     def sentences(self) -> tuple[str, ...]:
         """Sentences on which coefficients are determined, on every interval, and on how often predicted bands hold."""
         each = listed([f"{in_words(name)} {one.text}" for name, one in self.intervals.items()])
-        return tuple(filter(None, (self.verdict, f"90 % intervals: {each}.", self.band)))
+        return tuple(filter(None, (self.verdict, f"90 % intervals: {each}.", self.beware, self.band)))
 
 
 @dataclass(frozen=True)
@@ -336,7 +343,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
         return HowSure(rough, False, damaged=damaged)
     of = posterior.marginals
     intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
-    return HowSure(intervals, True, posterior.inside("holdout")[:2])
+    misfit = any(flag.kind == "model_discrepancy" for flag in posterior.flags)
+    return HowSure(intervals, True, posterior.inside("holdout")[:2], misfit=misfit)
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
@@ -375,6 +383,7 @@ def _next_step(
     if film := film_next(posterior, diagnosed):
         return film
     if diagnosed.models and diagnosed.effects:
-        named = listed([in_words(name) for name in diagnosed.effect_parameters])
-        return f"Check {named} by hand; if it is there, simulate with results/{diagnosed.models[0]}."
+        named = [in_words(name) for name in diagnosed.effect_parameters]
+        there = "it is" if len(named) == 1 else "they are"
+        return f"Check {listed(named)} by hand; if {there} there, simulate with results/{diagnosed.models[0]}."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."

@@ -69,6 +69,18 @@ def write_session_toml(
     return path
 
 
+def check_empty(folder: Path) -> None:
+    """Check that a folder is not there, or empty.
+
+    Raises:
+        InputError: it is neither.
+    """
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        there, step = "something that is already there", "Choose another folder."
+        expected = "a new or empty folder"
+        raise InputError([Fault(str(folder), "", "cannot make a session here", there, expected, next_step=step)])
+
+
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
     """Give the block a temporary folder, which becomes `folder` when the block ends well.
@@ -80,10 +92,7 @@ def new_folder(folder: Path) -> Iterator[Path]:
         ResultsNotWritable: the operating system refused.
     """
     folder = folder.absolute()
-    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        there, step = "something that is already there", "Choose another folder."
-        expected = "a new or empty folder"
-        raise InputError([Fault(str(folder), "", "cannot make a session here", there, expected, next_step=step)])
+    check_empty(folder)
     part: Path | None = None
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)

@@ -97,6 +97,8 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
+        if trial not in self.tracked:
+            raise InputError([Fault("trial", "", "no tracks of this trial", repr(trial), "", tuple(self.tracked))])
         tracked = self.tracked[trial]
         data = to_movement(tracked).isel(individual=0, drop=True)
         data = data.assign_coords(trial=trial, time=data.time.assign_attrs(TIME))

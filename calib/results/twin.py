@@ -107,11 +107,23 @@ class SwimTwin:
         import xarray as xr
 
         given = self._check_parameters(parameters or {})
-        hz = np.atleast_1d(np.asarray(frequency_hz, float))
+        try:
+            hz = np.atleast_1d(np.asarray(frequency_hz, float))
+        except (TypeError, ValueError):
+            hz = np.array([np.nan])
         if not (np.isfinite(hz) & (hz > 0)).all():
             raise InputError(
                 [Fault("frequency_hz", "", "no frequency", str(frequency_hz), "crank turns a second above 0")]
             )
+        if len(hz) == 0:
+            raise InputError([Fault("frequency_hz", "", "no frequency", "an empty list", "one or more")])
+        lasting = {"fps": fps} if seconds is None else {"fps": fps, "seconds": seconds}
+        if faults := [
+            Fault(name, "", "no duration" if name == "seconds" else "no frame rate", f"{value:g}", "a number above 0")
+            for name, value in lasting.items()
+            if not 0 < value < float("inf")
+        ]:
+            raise InputError(faults)
         count = max(map(len, (hz, *given.values())))
         seconds = max(_LEAST_S, _SETTLED_BEATS / float(hz.min())) if seconds is None else seconds
         hz = np.broadcast_to(hz, count)
