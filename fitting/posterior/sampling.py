@@ -41,7 +41,7 @@ _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
-_ASKED_FIRST = 16  # fewest twins whose start from rest is simulated
+_ASKED = 16  # fewest twins of a shell, whose starts from rest are simulated together
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
@@ -252,16 +252,17 @@ def _simulate(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def tell_forward(mode: Mode, points: np.ndarray) -> np.ndarray:
     """Tell which twins swim forward from rest (s,), at points (s, 5) about a mode, which does.
 
-    A start from rest takes longer than the trials, so the outer points are asked first. Where all of these swim
-    forward, those between them and the mode do, too.
+    A start from rest takes longer than the trials, so points are asked in shells, the outer one first. Where all of a
+    shell swim forward, those between it and the mode do, too.
     """
     off = points - mode.coefficients
     far = np.argsort(-np.einsum("si,ij,sj->s", off, np.linalg.inv(mode.coefficient_covariance), off))
-    outer, inner = np.split(far, [max(_ASKED_FIRST, len(points) // 4)])
-    forward = np.ones(len(points), bool)
-    forward[outer] = mode.model.swim_forward(points[outer])
-    if len(inner) and not forward.all():
-        forward[inner] = mode.model.swim_forward(points[inner])
+    size, forward = max(_ASKED, len(points) // 4), np.ones(len(points), bool)
+    for first in range(0, len(points), size):
+        shell = far[first : first + size]
+        forward[shell] = mode.model.swim_forward(points[shell])
+        if forward[shell].all():
+            break
     return forward
 
 
