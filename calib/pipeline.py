@@ -27,7 +27,6 @@ from swimcal.results import read_provenance, sha256_of
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.stage import Stage, session_lock
-from swimcal.twin import Twin
 
 if TYPE_CHECKING:
     from diagnosis.discrepancy import Discrepancy
@@ -230,10 +229,7 @@ class Pipeline:
         standing = None if self.options.effort else self.current_posterior(fit)
         stage = standing or PosteriorStage(self.job, fit, self.options.effort or fit.effort)
         if not stage.is_current:
-            calibration = fit.read()
-            stage.make(
-                calibration, fit.trials, Twin(calibration.robot, fit.trials[0].markers, workers=self.options.workers)
-            )
+            stage.make()
         return stage
 
     def _fit_to_build_on(self) -> FitStage:

@@ -338,8 +338,8 @@ def _how_sure(sure: HowSure, context: ReportContext) -> Card:
     )
     how = f"90 % intervals; lines span {spanned(low, high)}."
     command = "" if sure.sampled else f"calib posterior {context.session.folder.name}"
-    said = (f"{sure.verdict} {how}", *filter(None, [sure.beware]))
-    return Card("How sure are the coefficients?", "", said, (), ranges, command)
+    said = " ".join(filter(None, (sure.verdict, how, sure.beware)))
+    return Card("How sure are the coefficients?", "", (said,), (), ranges, command)
 
 
 def _missing(answers: Answers, context: ReportContext) -> Card:

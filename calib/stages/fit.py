@@ -296,23 +296,21 @@ class PosteriorStage(Stage):
         return self.file.with_suffix(".json")
 
     @threadpool_limits.wrap(limits=1, user_api="blas")  # several threads round sums differently, and so the bands
-    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
-        """Sample the posterior about a calibration and write it.
-
-        Args:
-            calibration: the calibration.
-            trials: the trials that take part in it.
-            twin: the twin of the calibrated robot.
+    def make(self) -> None:
+        """Sample the posterior about the fit and write it.
 
         Raises:
+            ModelMismatch: the fit was made with another engine or robot.
             NotConverged: too few effective draws, or chains that disagree; nothing is written.
         """
         from fitting.posterior.posterior import sample_posterior, save_draws
         from fitting.posterior.summary import SUMMARY, summarise
 
-        job = self._job
+        job, trials = self._job, self._fit.trials
+        check_engine(read_provenance(self._fit.file), job.robot, str(self._fit.file))
         job.progress("building the model about the fit", 0.0)
-        mode = mode_of(calibration, trials, twin)
+        twin = Twin(self._fit.robot, trials[0].markers, workers=job.options.workers)
+        mode = mode_of(self._fit.result(), trials, twin)
         tell = part_of(job.progress, 0.1, 0.6)
         posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, tell)
         if posterior.draws.flags:
@@ -344,17 +342,17 @@ class PosteriorStage(Stage):
         return read_summary(self._job.results, draws) if self.is_current else None
 
 
-def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
-    """Rebuild the mode that a calibration keeps, where it lies, without a search.
+def mode_of(found: CalibrationResult, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
+    """Rebuild the mode that a fit keeps, where it lies, without a search.
 
     Args:
-        calibration: the calibration.
+        found: the fit.
         trials: the trials that take part in it.
         twin: the twin of the calibrated robot.
     """
     fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)
-    model = SessionModel.of(twin, fitted, uncertainties_of(calibration.structure.sources), with_course=True)
-    fit = calibration.fit
+    model = SessionModel.of(twin, fitted, uncertainties_of(found.structure.values()), with_course=True)
+    fit = found.fit
     return mode_at(model, np.array(fit.coefficients), fit.components, fit.roll, fit.ends)
 
 
