@@ -162,10 +162,10 @@ class SimulationDiverged(SwimcalError):
 
     Example:
         >>> try:
-        ...     calib.load_twin(coefficients=[-50, 0, 0, 0, 0]).swim(1.0)
+        ...     calib.load_twin().swim(12.0)
         ... except calib.SimulationDiverged as error:
         ...     print(error)
-        1 of 1 simulations diverged; the first at coefficients [-50, 0, 0, 0, 0], 1 Hz. Expected a bounded motion; ...
+        1 of 1 simulations diverged; the first at coefficients [0.4, 7.79, 2.81, 3.84, 0.27], 12 Hz. Expected ...
     """
 
 
