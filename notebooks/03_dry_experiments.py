@@ -96,7 +96,7 @@ plt.show()
 # ## 3. Dry run and motor
 #
 # The motor writes a log. Short reversals at both ends are a code, by which the clock of the log is matched to that of
-# the video. Between them the motor turns a little slower than commanded.
+# the video. Between them the motor turns as fast as commanded on the mean, unevenly under its load.
 
 # %%
 log, sent = (pd.read_csv(folder / "trials" / f"dry_0_60.{kind}.csv") for kind in ("motor", "commands"))
