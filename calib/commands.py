@@ -171,7 +171,9 @@ def new(  # noqa: PLR0913
         Path | None,
         typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs"),
     ] = None,
-    synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
+    synthetic: Annotated[
+        bool, typer.Option("--synthetic", help="a session made with the twin; only its motor is slower than commanded")
+    ] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     rename: Rename = "",
     seed: Annotated[int | None, typer.Option(min=0, help="seed of a synthetic session; default: 0")] = None,
