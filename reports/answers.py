@@ -307,6 +307,16 @@ def how_far_off(forecasts: SessionForecast) -> HowFarOff:
     )
 
 
+def use_of_named(found: DiagnosisResult) -> str:
+    """Say in a sentence what to do about the named effects: the model with them where it forecasts better."""
+    named = [in_words(name) for name in found.effect_parameters]
+    it, there = ("it", "it is") if len(named) == 1 else ("them", "they are")
+    gap = found.gap
+    if gap.evaluated_on and not (gap.shrinkage > 0 and gap.with_effects_mm <= gap.baseline_mm):
+        return f"Check {listed(named)} by hand; the twin without {it} forecasts as well: calib mjcf writes it."
+    return f"Check {listed(named)} by hand; if {there} there, simulate with results/{found.models[0]}."
+
+
 def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
     """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
     if diagnosed is not None and (experiment := next_experiment(diagnosed)):
@@ -383,7 +393,5 @@ def _next_step(
     if film := film_next(posterior, diagnosed):
         return film
     if diagnosed.models and diagnosed.effects:
-        named = [in_words(name) for name in diagnosed.effect_parameters]
-        there = "it is" if len(named) == 1 else "they are"
-        return f"Check {listed(named)} by hand; if {there} there, simulate with results/{diagnosed.models[0]}."
+        return use_of_named(diagnosed)
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reports.answers import HowFarOff, TwinErrors, how_far_off
+from reports.answers import HowFarOff, TwinErrors, how_far_off, use_of_named
 from reports.context import ReportContext
 from reports.first_screen import build_summary, representative, swim_from_above
 from reports.report import render_report
@@ -166,3 +166,15 @@ def test_what_says_no_more_than_that_the_named_effects_lack_is_no_caveat(
     assert [any(kind in text for text in answers.caveats) for kind in kinds] == [not explains] * 2
     assert any("It is off" in text for text in answers.caveats)
     assert not set(answers.explained) & set(answers.caveats)
+
+
+@pytest.mark.parametrize(
+    ("shrinkage", "after_mm", "closer"),
+    [(0.8, 3.0, True), (-0.1, 3.0, False), (np.nan, 3.0, False), (0.1, 13.0, False)],
+)
+def test_a_model_that_forecasts_no_better_is_not_proposed(shrinkage: float, after_mm: float, closer: bool) -> None:
+    found = made_diagnosed("named")
+    gap = replace(found.gap, shrinkage=shrinkage, with_effects_mm=after_mm)
+    step = use_of_named(replace(found, gap=gap, models=("calibrated+tendon_slack.xml",)))
+    assert ("calibrated+tendon_slack.xml" in step) == closer
+    assert ("forecasts as well" in step) == (not closer)
