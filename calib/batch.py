@@ -15,7 +15,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import as_completed as as_completed_here
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from os import cpu_count
 from pathlib import Path
@@ -122,8 +122,9 @@ def _in_own_process(
     with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=group) as process:
         assert process.stdin is not None
         try:
-            process.stdin.write(pickle.dumps(sys.path) + pickle.dumps((work, piece)))
-            process.stdin.close()
+            with suppress(BrokenPipeError):  # it died before it could read, which its outcome tells
+                process.stdin.write(pickle.dumps(sys.path) + pickle.dumps((work, piece)))
+                process.stdin.close()
             yield partial(_take_outcome, process)
         finally:
             process.kill()
