@@ -56,7 +56,6 @@ if TYPE_CHECKING:
     from calib.results.tracks import TrackResult
     from calib.results.twin import SwimTwin, draw_robot
     from swimcal.effects.effect import Effect, Parameter
-    from swimcal.mjcf import FluidCoefficients
     from tracking.follow_video import TrackerName
 
 __all__ = [
@@ -481,12 +480,12 @@ def run(
     from calib.batch import index_sessions, run_all, run_pipeline
 
     check_last_step(until)
-    _ = Options(effort)  # an effort that does not exist is no failure of a session
+    options = Options(effort, workers)
     if jobs < 1:
         raise InputError([Fault("jobs", "", "no number of sessions at a time", str(jobs), "1 or more")])
     if isinstance(sessions, Session | str | Path):
         if scheduler is None:
-            with _working(sessions, Options(effort, workers), progress) as pipeline:
+            with _working(sessions, options, progress) as pipeline:
                 run_pipeline(pipeline, until)
                 keep_output(pipeline)
                 return _result_of_fit(pipeline)
@@ -609,7 +608,7 @@ def load_twin(
         >>> swim.position.dims, bool(swim.speed[1] > swim.speed[0] > 0)
         (('run', 'time', 'space', 'keypoint'), True)
     """
-    from calib.results.twin import SwimTwin
+    from calib.results.twin import SwimTwin, check_coefficients
     from swimcal.effects.affected_twin import AffectedTwin
     from swimcal.mjcf import PUBLISHED_COEFFICIENTS
     from swimcal.robot import load_robot
@@ -623,7 +622,7 @@ def load_twin(
             stage = pipeline.the_fit()
             robot, water, markers = stage.robot, stage.result().coefficients, pipeline.session.markers
     if coefficients is not None:
-        water = _check_coefficients(coefficients)
+        water = check_coefficients(coefficients)
     engine, chosen = Twin(robot, markers, workers=workers), tuple(_find_effects(effects))
     return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine)
 
@@ -875,17 +874,6 @@ def _is_robot(source: AnySession | None) -> bool:
     if source is None:
         return True
     return not isinstance(source, Session) and Path(source).suffix == ".toml" and Path(source).name != SESSION_FILE
-
-
-def _check_coefficients(coefficients: Sequence[float]) -> FluidCoefficients:
-    from swimcal.mjcf import FluidCoefficients as Water
-
-    given = [float(each) for each in coefficients]
-    if len(given) != len(Water._fields) or not all(0 <= each < float("inf") for each in given):
-        names = ", ".join(name.replace("_", " ") for name in Water._fields)
-        what, expected = "no coefficients of the fluid forces", f"five numbers of 0 or more: {names}"
-        raise InputError([Fault("coefficients", "", what, str(list(coefficients)), expected)])
-    return Water(*given)
 
 
 def _find_effects(effects: Iterable[str | Effect]) -> Iterable[Effect]:

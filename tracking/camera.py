@@ -26,7 +26,7 @@ from swimcal.errors import Fault, InputError, NotEnoughData
 from swimcal.flags import Flag
 from swimcal.session_file import CameraCalibration, CameraSpec
 from swimcal.tracks import markers_of, pixels_of
-from tracking.lens_check import SeenBending, seen_bending
+from tracking.lens_check import MeasuredDistortion, measure_distortion
 
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 """Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
@@ -193,7 +193,7 @@ def lens_flags(
     """
     lens = camera.calibration
     if lens is None:
-        return _flag_no_lens(None if picture_px is None else seen_bending(tracks, picture_px, HALF_WIDTH))
+        return _flag_no_lens(None if picture_px is None else measure_distortion(tracks, picture_px, HALF_WIDTH))
     size, height_m, flags = (lens.width_px, lens.height_px), lens.height_above_water_m, []
     if folds(lens):
         what = "the lens's distortion turns back within the picture"
@@ -223,7 +223,7 @@ def lens_flags(
     return tuple(flags)
 
 
-def _flag_no_lens(seen: SeenBending | None) -> tuple[Flag, ...]:
+def _flag_no_lens(seen: MeasuredDistortion | None) -> tuple[Flag, ...]:
     """Flag a lens that is not calibrated, unless the swim itself shows that it bends little."""
     if seen is not None and seen.stretch < STRETCHED:
         return ()

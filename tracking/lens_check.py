@@ -1,8 +1,8 @@
-"""Check of an uncalibrated lens by the robot itself: nose to neck is as long wherever in the picture it is seen.
+"""Check of a lens that is not calibrated by the robot itself: nose to neck is as long wherever in the picture it is.
 
-`seen_bending` reads the radial distortion from how that length changes over the picture. With the slopes t of the rays,
-a lens shows t (1 + k1 |t|^2) (Brown, Photogrammetric Engineering 37, 1971), so a short piece at m along the unit vector
-e appears longer by
+`measure_distortion` measures the radial distortion by how that length changes over the picture. With the slopes t of
+the rays, a lens shows t (1 + k1 |t|^2) (Brown, Photogrammetric Engineering 37, 1971), so a short piece at m along the
+unit vector e appears longer by
 
     k1 (|m|^2 + 2 (m . e)^2).
 
@@ -23,13 +23,13 @@ _STRONGEST = 0.3  # relative shift of the farthest marker beyond which a polynom
 _FEWEST_TIMES = 8.0  # times that the errors must have changed for their size to be known
 
 
-class SeenBending(NamedTuple):
-    """Radial distortion that a swim shows.
+class MeasuredDistortion(NamedTuple):
+    """Radial distortion of a lens, measured on one swim.
 
     Attributes:
-        k1: per square of the slope.
+        k1: relative shift of a point per squared slope of its ray, without a unit.
         sd: its standard deviation.
-        farthest: slope of the ray of the farthest marker.
+        farthest: slope of the ray of the marker that is farthest from the middle of the picture.
     """
 
     k1: float
@@ -47,8 +47,8 @@ class SeenBending(NamedTuple):
         return 3 * self.largest * self.farthest**2
 
 
-def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: float) -> SeenBending | None:
-    """Read the radial distortion from the length from nose to neck over the picture; None where too little is seen.
+def measure_distortion(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: float) -> MeasuredDistortion | None:
+    """Measure the radial distortion by the length from nose to neck over the picture; None where too little is seen.
 
     Args:
         tracks: tracks, with confidence 0 where a sample must not be trusted.
@@ -66,7 +66,7 @@ def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: fl
         return None
     ends, k1, farthest = np.stack([nose[seen], neck[seen]]), 0.0, float(np.nanmax(np.hypot(*slopes.reshape(-1, 2).T)))
     for _ in range(_ROUNDS):
-        columns, off = _straightened(ends, k1)
+        columns, off = _undo_distortion(ends, k1)
         moments = columns.T @ columns
         if np.linalg.cond(moments) > 1 / np.finfo(float).eps:  # a fish on the spot
             return None
@@ -75,14 +75,14 @@ def seen_bending(tracks: xr.Dataset, picture_px: tuple[int, int], half_width: fl
         if abs(k1) * farthest**2 > _STRONGEST:  # these are no lengths of one robot
             return None
     off = off - columns @ weights
-    lasting = _lasting_frames(off)
+    lasting = _correlated_frames(off)
     if len(off) < _FEWEST_TIMES * lasting:
         return None
     sd = float(np.sqrt(np.linalg.inv(moments)[0, 0] * lasting * (off**2).mean()))
-    return SeenBending(k1, sd, farthest)
+    return MeasuredDistortion(k1, sd, farthest)
 
 
-def _straightened(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:
+def _undo_distortion(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:
     """Undo a distortion, and return what more of it, a tilt and the size would change, (n, 4), and the ln lengths (n,).
 
     Args:
@@ -98,8 +98,8 @@ def _straightened(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([bent - bent.mean(), at - at.mean(axis=0), np.ones(len(at))]), np.log(length)
 
 
-def _lasting_frames(off: np.ndarray) -> float:
-    """Return in how many frames errors are renewed: the integral of their correlation up to its first zero."""
+def _correlated_frames(off: np.ndarray) -> float:
+    """Compute the integrated autocorrelation time of residuals (n,), in frames, up to the first zero."""
     spectrum = np.abs(np.fft.rfft(off, 2 * len(off))) ** 2
     correlation = np.fft.irfft(spectrum)[: len(off)]
     correlation = correlation / correlation[0]

@@ -6,7 +6,7 @@ above, with the numbers that show whether its description is right.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -107,23 +107,8 @@ class SwimTwin:
         import xarray as xr
 
         given = self._check_parameters(parameters or {})
-        try:
-            hz = np.atleast_1d(np.asarray(frequency_hz, float))
-        except (TypeError, ValueError):
-            hz = np.array([np.nan])
-        if not (np.isfinite(hz) & (hz > 0)).all():
-            raise InputError(
-                [Fault("frequency_hz", "", "no frequency", str(frequency_hz), "crank turns a second above 0")]
-            )
-        if len(hz) == 0:
-            raise InputError([Fault("frequency_hz", "", "no frequency", "an empty list", "one or more")])
-        lasting = {"fps": fps} if seconds is None else {"fps": fps, "seconds": seconds}
-        if faults := [
-            Fault(name, "", "no duration" if name == "seconds" else "no frame rate", f"{value:g}", "a number above 0")
-            for name, value in lasting.items()
-            if not 0 < value < float("inf")
-        ]:
-            raise InputError(faults)
+        hz = _check_frequencies(frequency_hz)
+        _check_positive({"fps": fps} if seconds is None else {"fps": fps, "seconds": seconds})
         count = max(map(len, (hz, *given.values())))
         seconds = max(_LEAST_S, _SETTLED_BEATS / float(hz.min())) if seconds is None else seconds
         hz = np.broadcast_to(hz, count)
@@ -167,6 +152,40 @@ class SwimTwin:
         if faults:
             raise InputError(faults)
         return {name: np.atleast_1d(np.asarray(value, float)) for name, value in parameters.items()}
+
+
+def check_coefficients(given: Sequence[float]) -> FluidCoefficients:
+    """Check five fluid coefficients, without a unit.
+
+    Raises:
+        InputError: they are not five, or not finite and 0 or more.
+    """
+    if len(given) != len(FluidCoefficients._fields) or not all(0 <= each < np.inf for each in given):
+        names = ", ".join(name.replace("_", " ") for name in FluidCoefficients._fields)
+        what, expected = "no coefficients of the fluid forces", f"five numbers of 0 or more: {names}"
+        raise InputError([Fault("coefficients", "", what, str(list(given)), expected)])
+    return FluidCoefficients(*map(float, given))
+
+
+def _check_frequencies(given: ArrayLike) -> np.ndarray:
+    """Convert one or several frequencies, Hz, to (n,); an `InputError` where there is none, or one is not above 0."""
+    what, expected = "no frequency", "crank turns a second above 0"
+    try:
+        hz = np.atleast_1d(np.asarray(given, float))
+    except (TypeError, ValueError):
+        hz = np.array([np.nan])
+    if len(hz) == 0:
+        raise InputError([Fault("frequency_hz", "", what, "an empty list", "one or more")])
+    if not (np.isfinite(hz) & (hz > 0)).all():
+        raise InputError([Fault("frequency_hz", "", what, str(given), expected)])
+    return hz
+
+
+def _check_positive(given: Mapping[str, float]) -> None:
+    whats, expected = {"seconds": "no duration", "fps": "no frame rate"}, "a number above 0"
+    wrong = {name: value for name, value in given.items() if not 0 < value < np.inf}
+    if wrong:
+        raise InputError([Fault(name, "", whats[name], f"{value:g}", expected) for name, value in wrong.items()])
 
 
 def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -> Export:

@@ -41,7 +41,6 @@ _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
-_ASKED = 16  # fewest twins of a shell, whose starts from rest are simulated together
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
@@ -218,7 +217,7 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     points = _draw_about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulate(mode, points)
     points, features = points[good], features[good]
-    forward = tell_forward(mode, points)
+    forward = mode.model.swim_forward(points)
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
         tell(f"emulating the twin, round {round_ + 1}", 1 - 0.5 ** (round_ + 1))  # two rounds mostly do
@@ -234,7 +233,7 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
         error, held = _measure_error(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
-        forward = np.append(forward, tell_forward(mode, fresh[good, :5]))
+        forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
         settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
         before = places
         if settled and error < _GOOD_ENOUGH:
@@ -247,23 +246,6 @@ def _simulate(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Simulate features (s, k) at points (s, 5), and tell where the twin did not diverge (s,)."""
     features = mode.model.simulated(points)
     return np.isfinite(features).all(axis=1), features
-
-
-def tell_forward(mode: Mode, points: np.ndarray) -> np.ndarray:
-    """Tell which twins swim forward from rest (s,), at points (s, 5) about a mode, which does.
-
-    A start from rest takes longer than the trials, so points are asked in shells, the outer one first. Where all of a
-    shell swim forward, those between it and the mode do, too.
-    """
-    off = points - mode.coefficients
-    far = np.argsort(-np.einsum("si,ij,sj->s", off, np.linalg.inv(mode.coefficient_covariance), off))
-    size, forward = max(_ASKED, len(points) // 4), np.ones(len(points), bool)
-    for first in range(0, len(points), size):
-        shell = far[first : first + size]
-        forward[shell] = mode.model.swim_forward(points[shell])
-        if forward[shell].all():
-            break
-    return forward
 
 
 def _measure_error(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> tuple[float, bool]:

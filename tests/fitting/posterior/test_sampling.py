@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
-
 import numpy as np
 import pytest
 
 from fitting.posterior.posterior import Posterior, sample_posterior
-from fitting.posterior.sampling import R_HAT, tell_forward
+from fitting.posterior.sampling import R_HAT
 from tests.cases import later
 from tests.fitting.posterior.linear import linear_mode
 
@@ -50,28 +48,3 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
         low, high = np.quantile(draws, [0.05, 0.95], axis=0)
         held.append((low <= TRUTH) & (high >= TRUTH))
     assert 0.84 < np.mean(held) < 0.96
-
-
-def test_who_swims_forward_is_told_as_if_all_had_been_asked() -> None:
-    """For boundaries anywhere beyond the mode, but for a point in five hundred."""
-    random, mode, wrong = np.random.default_rng(1), linear_mode(0)[0], []
-    root = np.linalg.cholesky(mode.coefficient_covariance)
-    for _ in range(300):
-        points = mode.coefficients + 1.7 * random.standard_normal((144, 5)) @ root.T
-        way, asked = np.linalg.solve(root.T, random.standard_normal(5)), []
-        beyond = np.quantile((points - mode.coefficients) @ way, random.uniform(0.6, 1.0))
-
-        def swim_forward(of: np.ndarray, way: np.ndarray = way, beyond: float = beyond) -> np.ndarray:
-            return (of - mode.coefficients) @ way < beyond
-
-        def ask(of: np.ndarray, asked: list[int] = asked, answer: Any = swim_forward) -> np.ndarray:
-            asked.append(len(of))
-            return np.asarray(answer(of))
-
-        cast(Any, mode.model).swim_forward = ask
-        told, forward = tell_forward(mode, points), swim_forward(points)
-        wrong.append(int((told != forward).sum()))
-        assert bool(told.all()) == (asked == [36])
-        assert asked == [36] * len(asked)
-    assert np.mean(wrong) < 0.3
-    assert max(wrong) <= 0.05 * len(points)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from tracking.camera import HALF_WIDTH, lens_flags
-from tracking.lens_check import SeenBending, seen_bending
+from tracking.lens_check import MeasuredDistortion, measure_distortion
 
 PICTURE_PX = (1280, 720)
 CAMERA = CameraSpec(60.0, 0.142)
@@ -35,8 +35,8 @@ def swim(
     return as_tracks(("nose", "neck"), time_s, px + 0.1 * noise, np.ones(px.shape[:2]))
 
 
-def bending(tracks: xr.Dataset) -> SeenBending:
-    found = seen_bending(tracks, PICTURE_PX, HALF_WIDTH)
+def distortion(tracks: xr.Dataset) -> MeasuredDistortion:
+    found = measure_distortion(tracks, PICTURE_PX, HALF_WIDTH)
     assert found is not None
     return found
 
@@ -44,7 +44,7 @@ def bending(tracks: xr.Dataset) -> SeenBending:
 @pytest.mark.parametrize("k1", [0.0, 0.02, -0.08])
 def test_the_distortion_is_recovered_within_its_uncertainty(k1: float) -> None:
     random = np.random.default_rng(3)
-    found = [bending(swim(k1, random, tilt=random.uniform(-0.02, 0.02))) for _ in range(60)]
+    found = [distortion(swim(k1, random, tilt=random.uniform(-0.02, 0.02))) for _ in range(60)]
     off = np.array([(each.k1 - k1) / each.sd for each in found])
     assert (np.abs(off) < 2).mean() > 0.85
     assert np.median([each.sd for each in found]) < 0.004
@@ -69,26 +69,26 @@ def test_a_robot_that_stays_on_the_spot_shows_nothing_of_the_lens(share: float) 
 
 def test_a_mirrored_a_turned_and_a_larger_picture_show_the_same_lens() -> None:
     tracks = swim(-0.03, np.random.default_rng(6))
-    before, px = bending(tracks), tracks.position.values - (np.array(PICTURE_PX)[:, None] - 1) / 2
+    before, px = distortion(tracks), tracks.position.values - (np.array(PICTURE_PX)[:, None] - 1) / 2
     for turned in (px * [[-1], [1]], px[:, ::-1] * [[1], [-1]], px):
         other = tracks.assign(position=(tracks.position.dims, turned + (np.array(PICTURE_PX)[:, None] - 1) / 2))
-        after = bending(other)
+        after = distortion(other)
         assert (after.k1, after.sd) == pytest.approx((before.k1, before.sd), rel=1e-6)
 
 
 def test_samples_that_must_not_be_trusted_do_not_count() -> None:
     tracks = swim(-0.03, np.random.default_rng(8))
-    before = bending(tracks)
+    before = distortion(tracks)
     wrong = tracks.copy(deep=True)
     wrong.position[5, :, :], wrong.confidence[5] = 1e4, 0.0
-    assert bending(wrong).k1 == pytest.approx(before.k1, abs=before.sd)
-    assert bending(wrong).farthest == before.farthest
+    assert distortion(wrong).k1 == pytest.approx(before.k1, abs=before.sd)
+    assert distortion(wrong).farthest == before.farthest
 
 
 def test_without_nose_or_with_few_frames_nothing_is_told() -> None:
     tracks = swim(0.0, np.random.default_rng(7))
-    assert seen_bending(tracks.isel(time=slice(0, 40)), PICTURE_PX, HALF_WIDTH) is None
-    assert seen_bending(tracks.isel(keypoint=[1]), PICTURE_PX, HALF_WIDTH) is None
+    assert measure_distortion(tracks.isel(time=slice(0, 40)), PICTURE_PX, HALF_WIDTH) is None
+    assert measure_distortion(tracks.isel(keypoint=[1]), PICTURE_PX, HALF_WIDTH) is None
 
 
 @given(seed=st.integers(0, 10_000), kind=st.sampled_from(["noise", "on a point", "a jump", "far away", "half gone"]))
