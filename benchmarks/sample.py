@@ -85,8 +85,7 @@ def make_sample(folder: Path) -> Path:
 
 def _make(folder: Path) -> Path:
     plan = default_plan(SAMPLE_SEED)  # Its dry experiments start and stop as `calib capture` drives them.
-    # On the mean the motor turns as commanded, in air as in the swims: else it would be a second effect.
-    driven = {run.name: run.model_copy(update={"frequency_hz": run.commanded_hz}) for run in plan.dry_runs}
+    driven = {run.name: run for run in plan.dry_runs}
     motors = {
         name: DrivenMotor.of(run, run.motor, np.random.default_rng([SAMPLE_SEED, number]))
         for number, (name, run) in enumerate(driven.items())

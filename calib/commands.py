@@ -172,7 +172,7 @@ def new(  # noqa: PLR0913
         typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs"),
     ] = None,
     synthetic: Annotated[
-        bool, typer.Option("--synthetic", help="a session made with the twin; only its motor is slower than commanded")
+        bool, typer.Option("--synthetic", help="a session made with the twin, with its truth")
     ] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     rename: Rename = "",

@@ -710,8 +710,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
 
     Of your own files a commented `session.toml` is written with all that they contain; its first lines, marked TODO,
     list what you still have to fill in. The truth of a synthetic session, of swims, dry runs and free decays, is in
-    `truth.json`. Its motor is slower than commanded, as the published one is: by 2 % at one turn a second, and more so
-    if it is fast. This is what a diagnosis finds.
+    `truth.json`. Nothing is missing from the twin there, so a diagnosis is to find nothing.
 
     Args:
         folder: the folder to make; new or empty.

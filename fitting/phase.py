@@ -23,6 +23,7 @@ _TRIES = (7, 5)  # phases tried in each round
 _NEXT = 0.6  # reach of the second round, relative to the steps of the first
 BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
 FRAME_S = 1 / 30  # time between two frames of a start from rest
+_FROM_REST_RAD = (0.0, np.pi / 2)  # first angles of the crank: the tail straight, and bent farthest
 
 
 def swim(
@@ -225,23 +226,24 @@ def _mean(values: np.ndarray, good: np.ndarray) -> float:
 
 
 def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return half the slowest frequency of the trials, at which twins are checked from rest.
-
-    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
-    """
-    return 0.5 * min(trial.frequency.hz for trial in trials)
+    """Return the slowest frequency of the trials, at which twins are started from rest."""
+    return min(trial.frequency.hz for trial in trials)
 
 
-def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+def speed_from_rest(
+    twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray, phase_rad: float | np.ndarray = 0.0
+) -> np.ndarray:
     """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
 
     Args:
         twin: the twin.
         coefficients: (s, 5).
         frequency_hz: (f,) frequencies of the crank.
+        phase_rad: angle of the crank at first, one for all or (s,); at 0 the tail is straight.
     """
     count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
-    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
+    phase, values = np.broadcast_to(phase_rad, count).astype(float), np.asarray(coefficients, float)
+    runs = [Runs(values, np.full(count, hz), phase) for hz in frequency_hz]
     speeds = np.zeros((count, len(times)))
     for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
         time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
@@ -250,11 +252,12 @@ def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarr
 
 
 def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
-    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
+    """Tell whether each set of coefficients (s, 5) swims forward from rest at the slowest of the trials, (s,).
 
     MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
     follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
-    but the robot itself does: it starts from rest.
+    but the robot itself does: it starts from rest. In which direction a twin sets off depends on the crank's first
+    angle, which nobody knows of the robot: so it is enough that the twin swims forward from one of two.
 
     It is always True when a trial itself was measured swimming backward.
 
@@ -263,7 +266,11 @@ def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTr
         coefficients: (s, 5).
         trials: the trials.
     """
-    if any(trial.speed <= 0 for trial in trials):
-        return np.ones(len(coefficients), bool)
-    with np.errstate(invalid="ignore"):
-        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])
+    forward = np.full(len(coefficients), any(trial.speed <= 0 for trial in trials))
+    slowest_hz = np.array([probed_hz(trials)])
+    for phase_rad in _FROM_REST_RAD:
+        left = np.flatnonzero(~forward)
+        if len(left):
+            with np.errstate(invalid="ignore"):
+                forward[left] = (speed_from_rest(twin, coefficients[left], slowest_hz, phase_rad) > 0)[:, 0]
+    return forward

@@ -52,13 +52,16 @@ def fit_caveats(
 
 
 def posterior_caveats(posterior: PosteriorSummary | None, without: Collection[str] = ()) -> tuple[str, ...]:
-    """List every flag of a posterior, once; none without one.
+    """List the flags of a posterior, once; none without one.
+
+    That a coefficient is not determined is no caveat: the answer to how sure the coefficients are says so.
 
     Args:
         posterior: the posterior.
         without: kinds of flags to leave out.
     """
-    flags = () if posterior is None else (flag for flag in posterior.flags if flag.kind not in without)
+    known = {"unidentifiable", *without}
+    flags = () if posterior is None else (flag for flag in posterior.flags if flag.kind not in known)
     return tuple(dict.fromkeys(sentence(flag.message or flag.kind) for flag in flags))
 
 

@@ -31,9 +31,7 @@ None is at a bound or near the published ones.
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
 """Commanded crank turns a second: the range of the published swim trials."""
-FIT_HZ = (0.6, 1.3)
-SLIP_S = 0.02
-"""The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
+FIT_HZ = (0.4, 1.3)
 FEWEST_S = 5.0  # shortest swim
 FEWEST_BEATS = 3.2  # fewest beats of any swim
 
@@ -272,8 +270,8 @@ def check_in_image(trials: Iterable[tuple[str, np.ndarray]], camera: SyntheticCa
 def default_plan(seed: int = 0, robot: RobotSpec | None = None) -> SyntheticPlan:
     """Plan five swim trials of a robot, two dry runs with a motor log, and three free decays.
 
-    Two of the swim trials are to fit, three are held out. In the fastest the last but two of the markers merges onto
-    the next, in the built-in fish tail_4 onto tail_5.
+    The slowest and the fastest of the swim trials are to fit, those between them are held out. In the fastest the last
+    but two of the markers merges onto the next, in the built-in fish tail_4 onto tail_5.
 
     Args:
         seed: draws noise, crank phases, headings and the motor's clock.
@@ -301,7 +299,7 @@ def _swim(commanded_hz: float, phase_rad: float, heading_rad: float, markers: tu
     fastest = commanded_hz == max(SPEEDS_HZ) and not {"nose", "neck"} & set(markers[-3:-1])
     return SyntheticTrial(
         name=trial_name("f", commanded_hz),
-        frequency_hz=_reach(commanded_hz),
+        frequency_hz=commanded_hz,
         commanded_hz=commanded_hz,
         seconds=max(FEWEST_S, round(FEWEST_BEATS / commanded_hz, 1)),
         role="fit" if commanded_hz in FIT_HZ else "holdout",
@@ -324,7 +322,7 @@ def _dry_experiments(
         motor = SyntheticMotor(starts_s=starts_s, clock_offset_s=clock_s, clock_rate=rate)
         run = SyntheticTrial(
             name=trial_name("dry_", hz),
-            frequency_hz=_reach(hz),
+            frequency_hz=hz,
             commanded_hz=hz,
             seconds=round(motor.ends_s + 0.4, 1),
             phase_rad=round(float(2 * np.pi * random.random()), 3),
@@ -334,7 +332,3 @@ def _dry_experiments(
         runs.append(run)
     bends = enumerate(bends_rad, start=1)
     return tuple(runs), tuple(SyntheticDecay(name=f"decay_{n}", heading_rad=heading_rad, bent_rad=b) for n, b in bends)
-
-
-def _reach(commanded_hz: float) -> float:
-    return round(commanded_hz * (1 - SLIP_S * commanded_hz), 4)

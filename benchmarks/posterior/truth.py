@@ -122,12 +122,15 @@ def _draw_frequencies(random: np.random.Generator) -> np.ndarray:
 
 
 def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
-    """Draw coefficients, uniform over the box, with which the robot swims forward from rest at (2,) frequencies."""
-    asked_hz, least_m_s = np.append(frequency_hz, 0.5 * frequency_hz.min()), np.array([LEAST_M_S, LEAST_M_S, 0.0])
+    """Draw coefficients, uniform over the box, with which the robot swims forward from rest at (2,) frequencies.
+
+    Its crank starts at an angle of its own, which the fit does not know.
+    """
     while True:
-        drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
+        drawn, phase_rad = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5)), float(random.uniform(0.0, 2 * np.pi))
         with np.errstate(invalid="ignore"):
-            forward = np.flatnonzero((speed_from_rest(twin, drawn, asked_hz) > least_m_s).all(axis=1))
+            speeds = speed_from_rest(twin, drawn, frequency_hz, phase_rad)
+        forward = np.flatnonzero((speeds > LEAST_M_S).all(axis=1))
         if len(forward):
             return FluidCoefficients(*map(float, drawn[forward[0]]))
 

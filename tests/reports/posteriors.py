@@ -60,7 +60,10 @@ def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Poste
         "trials": tuple(_trial(name) for name in names),
         "forecasts": _forecasts(names),
         "whiteness": tuple(_whiteness(name) for name in names if ROLES[name][0] == "fit"),
-        "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
+        "flags": (
+            Flag("markers_off", message="markers sit some 7 mm from where the robot's description has them"),
+            Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),
+        ),
     }
     return PosteriorSummary(**values | changes)
 
