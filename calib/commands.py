@@ -536,15 +536,15 @@ def aquarium(  # noqa: PLR0913
     print(out)
 
 
-_EXAMPLES: dict[Callable[..., None], str] = {
-    train: "calib policy train pool --task circle",
-    evaluate: "calib policy evaluate pool --task circle",
-    play: "calib policy play pool --target=-2,0.5 --out reach.mp4",
+_OF_POLICY: dict[Callable[..., None], tuple[str, str]] = {
+    train: ("train a policy on the twin and score it", "calib policy train pool --task circle"),
+    evaluate: ("score a policy next to the paper's", "calib policy evaluate pool --task circle"),
+    play: ("film one episode of a policy", "calib policy play pool --target=-2,0.5 --out reach.mp4"),
 }
 
 
-for command, example in _EXAMPLES.items():
-    policy.command(epilog=f"Example: {example}")(command)
+for command, (made, example) in _OF_POLICY.items():
+    policy.command(short_help=made, epilog=f"Example: {example}")(command)
 
 
 def _parse_place(text: str) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from calib.options import EffortName
 from swimcal.errors import Fault, InputError
-from swimcal.session import Session
+from swimcal.session import Session, load_session
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -255,7 +255,10 @@ def policy_file_of(session: Path, task: str) -> Path:
 
 
 def _folder(session: AnySession) -> Path:
-    return session.folder if isinstance(session, Session) else Path(session)
+    if isinstance(session, Session):
+        return session.folder
+    folder = Path(session)
+    return folder if folder.is_dir() else load_session(folder).folder  # which tells what is missing
 
 
 def _state(file: Path, ending: str) -> Path:

@@ -156,7 +156,7 @@ def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
     if not best.forward:
         message = "started from rest, the fitted twin swims backward at some frequencies"
         flags.append(Flag("swims_backward", message=message))
-    elif any(not end.forward and end.log_density > best.log_density for end in mode.ends[1:]):
+    elif best.refused or any(not end.forward and end.log_density > best.log_density for end in mode.ends[1:]):
         message = "likelier coefficients were rejected: started from rest, that twin swims backward"
         flags.append(Flag("rejected_restart", message=message))
     if others := mode.disagree:

@@ -40,6 +40,7 @@ class SearchEnd(NamedTuple):
         log_density: ln of the marginal posterior of the variance components, coefficients integrated out.
         converged: the last step was short.
         forward: started from rest, the twin swims forward.
+        refused: clearly likelier coefficients next to it were refused, as their twin does not.
     """
 
     start: np.ndarray
@@ -47,6 +48,7 @@ class SearchEnd(NamedTuple):
     log_density: float
     converged: bool
     forward: bool
+    refused: bool = False
 
 
 @dataclass(frozen=True, eq=False)

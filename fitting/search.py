@@ -116,7 +116,7 @@ class _Descent:
         self._at, self._sizes = start, dict(MEDIANS)
         self._trajectories = trajectories_together(model.trials, start[None])
         self._jacobian, self._sloped = np.zeros((0, 5)), False
-        self._follows_boundary = False
+        self._follows_boundary, self._refused = False, False
 
     @property
     def done(self) -> bool:
@@ -239,7 +239,7 @@ class _Descent:
     @property
     def mode(self) -> Mode:
         """Mode at the present point."""
-        end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
+        end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward, self._refused)
         look = self._covariance, self._blocks, self._residual, self._jacobian
         return Mode(self.model, self._at, self._sizes, *look, (end,), self.simulated)
 
@@ -281,7 +281,7 @@ class _Descent:
         A twin that swims forward from rest keeps doing so.
         """
         root, white, columns = self._whiten(total)
-        step = self._free_step(white, columns)
+        step, self._refused = self._free_step(white, columns), False
         for shares in (_SHARES[:1], _SHARES[1:]):
             tried = np.clip(self._at + np.outer(shares, step), *COEFFICIENT_BOUNDS)
             if (there := self._best(tried, root)) is not None:
@@ -317,6 +317,7 @@ class _Descent:
                 break
             if not self.forward or self.model.swim_forward(tried[[best]])[0]:
                 return np.asarray(tried[best]), [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
+            self._refused |= bool(squares[best] < now - 2 * _CLEARLY)
         return None
 
     def _draw_ahead(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -63,6 +63,7 @@ def test_what_is_wrong_with_the_best_alone_is_flagged() -> None:
     assert kinds(end(), end(log_density=-5.0, converged=False)) == []
     assert kinds(end(forward=False)) == ["swims_backward"]
     assert kinds(end(), end(log_density=3.0, forward=False)) == ["rejected_restart"]
+    assert kinds(end()._replace(refused=True)) == ["rejected_restart"]
     assert kinds(end(), disagree=(end(2 * GOOD),)) == ["restarts_disagree"]
 
 

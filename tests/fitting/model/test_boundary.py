@@ -46,7 +46,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
     found = object.__new__(_Descent)
     model = SimpleNamespace(trials=[trial], measured=SLOPES @ BEST, swim_forward=lambda points: margin(points) > 0)
     own = {"model": model, "forward": True, "simulated": 0, "_jacobian": SLOPES, "_trajectories": [Swum(BEGIN[None])]}
-    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False)
+    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False, _refused=False)
     return found
 
 
@@ -65,6 +65,7 @@ def test_a_descent_stops_at_the_boundary_unless_it_follows_it_to_the_optimum(
     stopped = followed(descent)
     assert margin(stopped[None])[0] > 0
     assert misfit(stopped) > misfit(optimum) + 10
+    assert descent._refused
 
     descent._follows_boundary = True
     reached = followed(descent)
