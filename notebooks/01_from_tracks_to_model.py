@@ -43,7 +43,7 @@ for trial in session.trials:
 # ## 2. Look at the tracks
 #
 # Each trial is checked before any fit. Doubtful samples keep their place but get weight 0. The beat frequency comes
-# from the tail itself: the motor turns a little slower than it is commanded.
+# from the tail itself, not from the command.
 
 # %%
 tracks = calib.track(session)
