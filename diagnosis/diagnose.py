@@ -147,8 +147,8 @@ def diagnose(
         NotEnoughData: there is no fitted swim.
     """
     weigh = _weigh if data.reference is None else _weigh_change
-    weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
-    refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # their number is not known in advance
+    weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
+    refits, tell_refit = count(), part_of(tell, 0.6, 0.8)  # their number is not known in advance
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
@@ -164,9 +164,9 @@ def diagnose(
         if doubted:
             said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
-    tell("held-out swims", 0.86)
+    tell("held-out swims", 0.8)
     gap = swims.gap(best)
-    tell("what to do next", 0.96)
+    tell("what to do next", 0.87)
     return Diagnosis(
         weighed=weighed,
         said=said,
@@ -313,7 +313,7 @@ def adequacy(weighed: WeighedEvidence, best: Refit | None) -> Adequacy:
 def _not_followed(linear: LinearModel, best: Refit) -> tuple[str, ...]:
     """Return the names of fitted swims that also the twin with effects does not follow."""
     scores = forecast_scores(linear, linear.swims, best.effects, best.at, best.values)
-    errors_m = [score.marker_error_m for score in scores]
+    errors_m = [score.launch_free_error_m for score in scores]
     return tuple(
         score.name
         for i, score in enumerate(scores)

@@ -46,11 +46,13 @@ class ForecastScore(NamedTuple):
     Attributes:
         name: name of the trial.
         marker_error_m: marker error of the public contract, m.
+        launch_free_error_m: the same of `Scores`.
         speed_measured, speed_twin: forward speeds, m/s.
     """
 
     name: str
     marker_error_m: float
+    launch_free_error_m: float
     speed_measured: float
     speed_twin: float
 
@@ -95,7 +97,9 @@ def forecast_scores(
         twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
         head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
         speed = float(forward_speed(trial.time_s, head, trial.kept, trial.frequency.hz))
-        found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
+        scores = score(trial, head)
+        errors_m = scores.marker_error_m, scores.launch_free_error_m
+        found.append(ForecastScore(trial.name, *errors_m, trial.speed, speed))
     return found
 
 

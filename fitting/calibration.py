@@ -325,7 +325,7 @@ def compare_trials(
             if trial.role == "fit":
                 raise
             lost[trial.name] = divergence_reason(trial.start_frequency.hz)
-    errors_m = [trial.scores.marker_error_m for trial in compared]
+    errors_m = [trial.scores.launch_free_error_m for trial in compared]
     others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(compared))]
     flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(compared, others, strict=True)]
     return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(compared, flags, strict=True)), lost

@@ -121,11 +121,11 @@ def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) ->
 
     Args:
         trial: the trial and the calibrated twin.
-        fellows_m: marker errors of all other trials, m.
+        fellows_m: `Scores.launch_free_error_m` of all other trials.
     """
     flags, measured, twin = [], trial.measured.speed, trial.speed_twin
     name, off = trial.measured.name, abs(twin - measured)
-    if reason := far_reason(measured, twin, trial.scores.marker_error_m, fellows_m):
+    if reason := far_reason(measured, twin, trial.scores.launch_free_error_m, fellows_m):
         flags.append(Flag(FAR, message=f"{name}: {reason}"))
     if trial.measured.role == "fit" and off > MISSED_BY * abs(measured):
         percent = 100 * (twin / measured - 1)
@@ -140,8 +140,8 @@ def far_reason(measured_m_s: float, twin_m_s: float, error_m: float, fellows_m: 
     Args:
         measured_m_s: forward speed of the trial, m/s.
         twin_m_s: forward speed of the twin, m/s.
-        error_m: marker error of this trial, m.
-        fellows_m: marker errors of all other trials, m.
+        error_m: `Scores.launch_free_error_m` of this trial.
+        fellows_m: the same of all other trials.
     """
     off, mm, speeds = abs(twin_m_s - measured_m_s), 1000.0, _speeds(measured_m_s, twin_m_s)
     usual_m = float(np.median(fellows_m)) if len(fellows_m) else np.nan
@@ -149,10 +149,11 @@ def far_reason(measured_m_s: float, twin_m_s: float, error_m: float, fellows_m: 
         return f"{speeds}, the other way"
     if off > max(_SLOW * abs(measured_m_s), _SLOW_M_S):
         return speeds
+    off_mm = f"without its slip and turn the markers of its twin are {mm * error_m:.0f} mm off"
     if error_m > _OFF_M:
-        return f"markers of its twin are {mm * error_m:.0f} mm off in the mean"
+        return f"{off_mm} in the mean"
     if error_m > _WORSE * usual_m and error_m > usual_m + _WORSE_M:
-        return f"markers of its twin are {mm * error_m:.0f} mm off in the mean, in other trials {mm * usual_m:.0f}"
+        return f"{off_mm} in the mean, in other trials {mm * usual_m:.0f}"
     return ""
 
 

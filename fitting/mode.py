@@ -26,7 +26,8 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS
 # The mode
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
 _ENDS_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
-_AS_LIKELY = 2.0  # log density within which two ends are as likely
+AS_LIKELY = 2.0
+"""Log density within which two ends are as likely."""
 
 
 # The mode, and the normal approximation about it.
@@ -114,7 +115,7 @@ class Mode:
         return tuple(
             end
             for end in self.ends[1:]
-            if end.forward == best.forward and end.log_density > best.log_density - _AS_LIKELY and apart(end)
+            if end.forward == best.forward and end.log_density > best.log_density - AS_LIKELY and apart(end)
         )
 
 

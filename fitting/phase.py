@@ -171,12 +171,14 @@ class Scores(NamedTuple):
         marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first kept frame, m.
         marker_error_all_m: the same over all samples, flagged ones too, m.
         shape_error_m: unflagged samples, relative to the nose in every frame, m.
+        launch_free_error_m: marker_error_m without what a launch may do: a slip aside, and a steady turn, m.
         used_fraction: share of the samples that are not flagged.
     """
 
     marker_error_m: float
     marker_error_all_m: float
     shape_error_m: float
+    launch_free_error_m: float
     used_fraction: float
 
 
@@ -207,15 +209,27 @@ def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
         simulated: (n, m, 2) head frame of the simulation at the same times.
     """
     frames = trial.scored
-    distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
+    error_m, time_s = residuals(trial, simulated, frames), trial.time_s[frames]  # (k, m, 2), (k,)
+    distance = np.linalg.norm(error_m, axis=-1)  # (k, m)
     shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)
     good = trial.weight[frames] > 0
     return Scores(
         marker_error_m=_mean(distance, good),
         marker_error_all_m=_mean(distance, np.isfinite(distance)),
         shape_error_m=_mean(shape, good),
+        launch_free_error_m=_mean(np.linalg.norm(_without_launch(error_m, time_s, good), axis=-1), good),
         used_fraction=float(good.mean()),
     )
+
+
+def _without_launch(error_m: np.ndarray, time_s: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """Return errors (k, m, 2) of markers without what grows with time and with its square, across the body."""
+    since_s = time_s - time_s[0]
+    launch = np.stack([since_s, since_s**2], axis=-1)  # (k, 2)
+    frames = good.any(axis=1)
+    across = np.where(good, error_m[..., 1], 0.0).sum(axis=1) / np.maximum(good.sum(axis=1), 1)  # (k,)
+    grown = launch @ np.linalg.lstsq(launch[frames], across[frames], rcond=None)[0]
+    return error_m - np.stack([np.zeros_like(grown), grown], axis=-1)[:, None]
 
 
 def _mean(values: np.ndarray, good: np.ndarray) -> float:

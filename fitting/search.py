@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from fitting.covariance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.features import SPEED
-from fitting.mode import Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
+from fitting.mode import AS_LIKELY, Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.progress import Progress
 from fitting.session_model import SessionModel
 from fitting.trial_model import NO_ROLL, ROLL_SD, Roll, trajectories_together
@@ -317,7 +317,7 @@ class _Descent:
                 break
             if not self.forward or self.model.swim_forward(tried[[best]])[0]:
                 return np.asarray(tried[best]), [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
-            self._refused |= bool(squares[best] < now - 2 * _CLEARLY)
+            self._refused |= bool(squares[best] < now - 2 * AS_LIKELY)
         return None
 
     def _draw_ahead(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
