@@ -160,7 +160,8 @@ def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
         message = "likelier coefficients were rejected: started from rest, that twin swims backward"
         flags.append(Flag("rejected_restart", message=message))
     if others := mode.disagree:
-        message = f"{len(others)} other starts are as likely and end elsewhere: these trials allow several fits"
+        count = "another start is" if len(others) == 1 else f"{len(others)} other starts are"
+        message = f"{count} as likely and ended elsewhere: these trials allow several fits"
         flags.append(Flag("restarts_disagree", message=message))
     flags += [
         Flag("unidentifiable", message=f"{name} = {value:.3g} is not determined: 90 % interval {a:.2g} to {b:.2g}")

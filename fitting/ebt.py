@@ -46,12 +46,10 @@ class BodyWave(NamedTuple):
     Attributes:
         markers: names of the t tail markers, from head to fin.
         amplitude_m: (t,) m.
-        lag_rad: (t,) phase by which each lags behind the first, in (-pi, pi].
     """
 
     markers: tuple[str, ...]
     amplitude_m: np.ndarray
-    lag_rad: np.ndarray
 
 
 class SwimNumbers(NamedTuple):
@@ -86,8 +84,7 @@ def body_wave(trial: MeasuredTrial, head: HeadFrame) -> BodyWave:
     columns = design(trial.time_s[frames], trial.frequency.hz, harmonics=3)
     fitted = weighted_fit(columns, lateral, weight)
     first = fitted[2] - 1j * fitted[3]  # (t,) complex amplitude: lateral = Re(first exp(i omega t))
-    lag = np.angle(first[0] * first.conj())
-    return BodyWave(tuple(trial.markers[i] for i in tail), np.abs(first), lag)
+    return BodyWave(tuple(trial.markers[i] for i in tail), np.abs(first))
 
 
 def excursion(reader: FeatureReader, position_m: np.ndarray, marker: int) -> float:

@@ -26,6 +26,7 @@ from reports.words import (
     gap_sentences,
     in_mm,
     in_words,
+    is_beaten,
     listed,
     misses,
     next_experiment,
@@ -394,4 +395,6 @@ def _next_step(
         return film
     if diagnosed.models and diagnosed.effects:
         return use_of_named(diagnosed)
+    if not is_beaten(found.forecasts):
+        return "For all but speeds use the twin: calib mjcf writes it, calib.load_twin simulates with it."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."

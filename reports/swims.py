@@ -54,7 +54,7 @@ DRIFTING = 2.0
 # The beat of the tail
 COLUMNS = table_head(
     "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
-    "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
+    "Strouhal [measured] | twin []"
 )
 LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come back at one phase of the beat
 Waves = tuple[BodyWave, BodyWave]
@@ -402,10 +402,10 @@ def build_tail_beat(context: ReportContext) -> Section:
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
     numbers = [_numbers(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True)]
-    rows = tuple(map(_row, trials, waves, numbers))
+    rows = tuple(map(_row, trials, numbers))
     table = Table(
-        f"Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); amplitude "
-        f"and lag are those of {waves[0][0].markers[-1]}.",
+        "Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); the "
+        f"amplitude is that of {waves[0][0].markers[-1]}.",
         COLUMNS,
         rows,
         folded=True,
@@ -420,8 +420,7 @@ def _waves(trial: CalibratedTrial) -> Waves:
     wave = body_wave(measured, measured.head)
     columns = [measured.markers.index(name) for name in wave.markers]
     known = (measured.weight[measured.kept][:, columns] > 0).mean(axis=0) >= LEAST_SEEN
-    amplitude, lag = (np.where(known, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
-    return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated)
+    return wave._replace(amplitude_m=np.where(known, wave.amplitude_m, np.nan)), body_wave(measured, trial.simulated)
 
 
 def _tail_beat_caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[str, ...]:
@@ -443,13 +442,12 @@ def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[Sw
     return measured, simulated_numbers(trial.measured, trial.simulated, trial.simulated_hz, robot)
 
 
-def _row(trial: CalibratedTrial, waves: Waves, numbers: tuple[SwimNumbers, SwimNumbers]) -> tuple[str, ...]:
+def _row(trial: CalibratedTrial, numbers: tuple[SwimNumbers, SwimNumbers]) -> tuple[str, ...]:
     return (
         trial.measured.name,
         *(shown(number.swimming_number / 1000) for number in numbers),
         *(shown(number.reynolds / 1000) for number in numbers),
         *(significant(number.strouhal) for number in numbers),
-        *(shown(float(np.degrees(wave.lag_rad[-1]))) for wave in waves),
     )
 
 

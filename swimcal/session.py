@@ -42,7 +42,7 @@ from swimcal.session_file import (
     trials_in,
     usual_spacing_s,
 )
-from swimcal.toml import Key, TomlSource, read_toml
+from swimcal.toml import TomlSource, read_toml
 from swimcal.tracks import NO_NAMES, load_tracks, markers_of, pixels_of
 
 if TYPE_CHECKING:
@@ -280,7 +280,7 @@ def _check_recordings(
     exchanged: dict[str, bool] = {}  # whether nose and neck are exchanged, by trial
     if robot is None or not set(HEAD_MARKERS) <= set(markers) <= set(robot.markers):
         robot = None
-    for key, trial in trials_in(source):
+    for _, trial in trials_in(source):
         if path := _find_file(folder, trial.get("motor")):
             with faults.nested():
                 load_motor(path)
@@ -296,7 +296,6 @@ def _check_recordings(
                     name = str(trial.get("name"))
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
-                    _check_length(source, key, tracks, content, faults)
                     stamps[str(trial.get("name"))] = usual_spacing_s(tracks.time.values)
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
@@ -306,22 +305,6 @@ def _check_recordings(
 def _find_file(folder: Path, name: object) -> Path | None:
     """Find the file of this name in the session folder; None where the name is faulty, which other checks report."""
     return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
-
-
-def _check_length(
-    source: TomlSource, key: Key, tracks: xr.Dataset, content: SessionFile, faults: FaultCollector
-) -> None:
-    """Add a fault where the tracks of a trial that is compared with the twin do not outlast the warm-up."""
-    duration = float(tracks.time.values[-1] - tracks.time.values[0])
-    trial = content.trial[int(key[-1])]
-    if trial.kind != "free_decay" and duration <= content.fit.warmup_s:
-        faults.add(
-            source.where((*key, "tracks")),
-            "the trial is too short",
-            found=f"{duration:.3g} s",
-            expected=f"more than the warm-up of {content.fit.warmup_s:g} s, which no comparison uses",
-            next_step="Leave the trial out, or set warmup_s in [fit].",
-        )
 
 
 def _session(content: SessionFile, folder: Path, camera: CameraSpec) -> Session:

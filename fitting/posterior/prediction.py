@@ -71,10 +71,11 @@ class PredictedTrial:
         """Flag for a fitted trial that lies outside its own bands."""
         if self.role != "fit" or (self.speed_inside and self.inside >= _FEWEST_INSIDE):
             return ()
+        low, high = 1000 * self.outer[0], 1000 * self.outer[-1]
+        speed = f"it swims at {1000 * self.speed:.1f} mm/s, should at {low:.1f} to {high:.1f}, and "
         message = (
-            f"{self.name} was fitted and lies outside its own predictive bands: it swims at {1000 * self.speed:.0f} "
-            f"mm/s, should at {1000 * self.outer[0]:.0f} to {1000 * self.outer[-1]:.0f}, and {100 * self.inside:.0f} % "
-            "of its marker coordinates lie in theirs"
+            f"{self.name} was fitted and lies outside its own predictive bands: {'' if self.speed_inside else speed}"
+            f"{100 * self.inside:.0f} % of its marker coordinates lie in theirs"
         )
         return (Flag("outside_bands", message=message),)
 

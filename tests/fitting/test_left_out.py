@@ -21,7 +21,8 @@ def at(trial: MeasuredTrial, hz: float) -> MeasuredTrial:
 
 
 def twin_that(trial: CalibratedTrial, speed: float, error_m: float = 0.005) -> CalibratedTrial:
-    return replace(trial, speeds={**trial.speeds, "twin": speed}, scores=trial.scores._replace(marker_error_m=error_m))
+    scores = trial.scores._replace(launch_free_error_m=error_m)
+    return replace(trial, speeds={**trial.speeds, "twin": speed}, scores=scores)
 
 
 def test_a_fit_trial_that_no_twin_can_swim_is_left_out(swims: Swims, trials: dict[str, MeasuredTrial]) -> None:

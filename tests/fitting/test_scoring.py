@@ -14,7 +14,7 @@ def test_where_it_began_and_where_it_headed_do_not_matter() -> None:
     cos, sin = np.cos(1.1), np.sin(1.1)
     turned = position @ np.array([[cos, sin], [-sin, cos]]) + np.array([3.0, -2.0])
 
-    assert score(by_hand(position), head_frame_of(turned)) == pytest.approx((0.0, 0.0, 0.0, 1.0), abs=1e-12)
+    assert score(by_hand(position), head_frame_of(turned)) == pytest.approx((0.0, 0.0, 0.0, 0.0, 1.0), abs=1e-12)
 
 
 def test_both_are_aligned_at_the_first_kept_frame() -> None:
@@ -26,6 +26,18 @@ def test_both_are_aligned_at_the_first_kept_frame() -> None:
     distance = np.linalg.norm(residuals(trial, simulated, kept), axis=-1)  # (30, 5)
     np.testing.assert_allclose(distance, np.repeat(0.01 * np.arange(30)[:, None] / 10, 5, axis=1), atol=1e-12)
     assert score(trial, simulated).marker_error_m == pytest.approx(0.0145)
+
+
+def test_a_slip_and_a_turn_of_the_launch_are_no_error_of_the_twin() -> None:
+    """But a twin that is too fast, or bends otherwise, has one."""
+    position, since_s = straight_swim(40), np.arange(40)[:, None] / 10
+    launched = position + (0.004 * since_s + 0.008 * since_s**2)[..., None] * np.array([0.0, 1.0])
+
+    found = score(by_hand(launched), head_frame_of(position))
+    assert found.marker_error_m > 0.03
+    assert found.launch_free_error_m == pytest.approx(0.0, abs=1e-9)
+    faster = score(by_hand(straight_swim(40, 0.1)), head_frame_of(straight_swim(40, 0.11)))
+    assert faster.launch_free_error_m == pytest.approx(faster.marker_error_m)
 
 
 def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:

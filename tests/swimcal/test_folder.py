@@ -108,11 +108,6 @@ def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
             "expected crank turns a second, at most 15. Turns a minute? Divide by 60: 1.5.",
         ),
         ('kind = "swim"', 'kind = "swims"', "choices: free_decay, dry, swim. Did you mean 'swim'?"),
-        (
-            "[session]",
-            "[fit]\nwarmup_s = 60\n[session]",
-            "the trial is too short; found 1.48 s; expected more than the warm-up of 60 s",
-        ),
         ("[session]", 'robot = "fish.toml"\n[session]', "line 1, robot: wrong value; found 'fish.toml'"),
         ("0.142", '0.142\ncalibration = "slow.csv"', "slow.csv: line 1: not valid TOML"),
     ],
