@@ -256,6 +256,11 @@ def measure_trial(
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
     recorded_s: np.ndarray = tracks.time.values
+    if (lasts_s := float(recorded_s[-1] - recorded_s[0])) <= warmup_s:
+        raise NotEnoughData(
+            f"too short: it lasts {lasts_s:.3g} s, and its warm-up of {warmup_s:g} s is compared with nothing. Record "
+            "longer, or shorten [fit] warmup_s"
+        )
     rests: tuple[Flag, ...] = ()
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
     trusted = head_is_trusted(markers_of(tracks), quality.weight)

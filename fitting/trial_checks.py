@@ -31,7 +31,7 @@ LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
 # The least swing holds for this many beats: the swing that noise makes falls with the root of the time.
 _OF_BEATS = 5.0
-_LEAST_SWING = 0.01  # relative to the robot's length: published swims have 0.09 and more, lasting noise 0.004
+_LEAST_SWING = 0.02  # relative to the robot's length: published swims have 0.09 and more, lasting noise up to 0.02
 _LEAST_BEATS = 2.0  # least number of beats in a row
 _BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
 _UNSEEN_END_S = 0.5  # least time at the end without a head that is flagged

@@ -66,7 +66,7 @@ CASES: dict[str, tuple[Break, tuple[str, ...]]] = {
     "missing tracks": (lambda folder: (folder / "trials" / SLOW).unlink(), (SLOW, "the file is not there")),
     "beyond any image": (cell("1e300"), (SLOW, "line 5", "'nose' is beyond any image", "1e+300")),
     "nose on neck": (rows(on_one_spot), ("trial slow", "nose and neck are never seen apart")),
-    "too short": (rows(lambda lines: lines[:7]), ("line", "too short", "0.0833 s", "warm-up of 1 s")),
+    "too short": (rows(lambda lines: lines[:7]), ("trial slow", "too short", "0.0833 s", "warm-up of 1 s")),
     "shorter than a beat": (rows(lambda lines: lines[:64]), ("trial slow", "beats", "at least one")),
     "wrong robot": (robot('name = "x"\nlenght = 3\n'), ("robot.toml", "lenght")),
 }
@@ -80,7 +80,7 @@ def test_a_broken_session_is_reported_what_is_wrong_and_left_alone(calib: Front,
     outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert_reports(outcome, *parts)
-    measured = case in ("shorter than a beat", "nose on neck")
+    measured = case in ("shorter than a beat", "nose on neck", "too short")
     kept = {".swimcal.lock", "results/.stages.json", "results/.stages.lock"}
     allowed = kept | {"results/tracks/fast.csv"}  # of the sound trial
     assert files_in(fresh).keys() - before.keys() <= (allowed if measured else set())

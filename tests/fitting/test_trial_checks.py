@@ -183,7 +183,7 @@ def test_what_a_whole_trial_suffers_from_is_flagged(changes: dict[str, float], k
         (lambda px: lose(px, ("nose",), slice(None, None, 1)), "never seen apart|usable"),
         (lambda px: lose(px, ("neck",), slice(30, None)), "frames with nose and neck|usable"),
         (lambda px: lose(px, FISHSIM_MARKERS[3:], slice(60, None)), "the tail cannot be read|usable"),
-        (lambda px: px[:60], "are needed|less than one beat|beats at"),
+        (lambda px: px[:60], "are needed|less than one beat|beats at|too short"),
     ],
 )
 def test_a_trial_that_cannot_be_read_says_why(change: Callable[[np.ndarray], np.ndarray], message: str) -> None:
