@@ -223,7 +223,15 @@ def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
 
 
 def _without_launch(error_m: np.ndarray, time_s: np.ndarray, good: np.ndarray) -> np.ndarray:
-    """Return errors (k, m, 2) of markers without what grows with time and with its square, across the body."""
+    """Remove from errors of markers (k, m, 2), m, what a slip and a steady turn add across the body.
+
+    A slip grows with time, a turn with its square; both are fitted to the mean over the good samples.
+
+    Args:
+        error_m: (k, m, 2) along and across the body, aligned in the first frame, m.
+        time_s: (k,) s.
+        good: (k, m) whether a sample counts.
+    """
     since_s = time_s - time_s[0]
     launch = np.stack([since_s, since_s**2], axis=-1)  # (k, 2)
     frames = good.any(axis=1)

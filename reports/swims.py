@@ -57,7 +57,6 @@ COLUMNS = table_head(
     "Strouhal [measured] | twin []"
 )
 LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come back at one phase of the beat
-Waves = tuple[BodyWave, BodyWave]
 
 
 # The motion of each trial.
@@ -400,12 +399,12 @@ def _residual_caveats(trials: tuple[CalibratedTrial, ...]) -> tuple[str, ...]:
 def build_tail_beat(context: ReportContext) -> Section:
     """Build the section: waves and numbers, measured and simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
-    waves = [_waves(trial) for trial in trials]
-    numbers = [_numbers(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True)]
+    waves = [_measured_wave(trial) for trial in trials]
+    numbers = [_numbers(trial, wave, robot) for trial, wave in zip(trials, waves, strict=True)]
     rows = tuple(map(_row, trials, numbers))
     table = Table(
         "Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); the "
-        f"amplitude is that of {waves[0][0].markers[-1]}.",
+        f"amplitude is that of {waves[0].markers[-1]}.",
         COLUMNS,
         rows,
         folded=True,
@@ -414,20 +413,20 @@ def build_tail_beat(context: ReportContext) -> Section:
     return Section("Tail beat", "tail-beat", blocks, _tail_beat_caveats(trials, waves))
 
 
-def _waves(trial: CalibratedTrial) -> Waves:
-    """Compute the measured and the simulated wave; the measured one is nan for a marker that is flagged too often."""
+def _measured_wave(trial: CalibratedTrial) -> BodyWave:
+    """Compute the measured wave, which is nan for a marker that is flagged too often."""
     measured = trial.measured
     wave = body_wave(measured, measured.head)
     columns = [measured.markers.index(name) for name in wave.markers]
     known = (measured.weight[measured.kept][:, columns] > 0).mean(axis=0) >= LEAST_SEEN
-    return wave._replace(amplitude_m=np.where(known, wave.amplitude_m, np.nan)), body_wave(measured, trial.simulated)
+    return wave._replace(amplitude_m=np.where(known, wave.amplitude_m, np.nan))
 
 
-def _tail_beat_caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[str, ...]:
+def _tail_beat_caveats(trials: tuple[CalibratedTrial, ...], waves: list[BodyWave]) -> tuple[str, ...]:
     unclear = [
         f"{name} of {trial.measured.name}"
-        for trial, (measured, _) in zip(trials, waves, strict=True)
-        for name, amplitude in zip(measured.markers, measured.amplitude_m, strict=True)
+        for trial, wave in zip(trials, waves, strict=True)
+        for name, amplitude in zip(wave.markers, wave.amplitude_m, strict=True)
         if not np.isfinite(amplitude)
     ]
     if not unclear:
@@ -435,9 +434,9 @@ def _tail_beat_caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) 
     return (f"Too often flagged to estimate its beat: {listed(unclear)}; left out of the measured wave.",)
 
 
-def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[SwimNumbers, SwimNumbers]:
+def _numbers(trial: CalibratedTrial, wave: BodyWave, robot: RobotSpec) -> tuple[SwimNumbers, SwimNumbers]:
     measured = swim_numbers(trial.measured, robot)
-    if not np.isfinite(waves[0].amplitude_m[-1]):
+    if not np.isfinite(wave.amplitude_m[-1]):
         measured = measured._replace(amplitude_m=np.nan, swimming_number=np.nan, strouhal=np.nan)
     return measured, simulated_numbers(trial.measured, trial.simulated, trial.simulated_hz, robot)
 
