@@ -59,7 +59,7 @@ test:
 	$(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME)
 
 test-all: export HYPOTHESIS_PROFILE ?= many
-test-all:
+test-all: $(VENV)/.warp-installed
 	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -p tests.resume $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 $(IN_REAL_TIME)
 
@@ -93,6 +93,11 @@ $(VENV)/.installed: requirements.lock pyproject.toml
 $(VENV)/.docs-installed: $(VENV)/.installed docs/requirements.lock
 	@$(BIN)/uv pip install --quiet --system-certs --python $(BIN)/python $(LOCKED) -r docs/requirements.lock || \
 		$(BIN)/python -m pip install $(LOCKED) --no-compile -r docs/requirements.lock
+	@touch $@
+
+# Only a long test and users with a GPU need it; it is large.
+$(VENV)/.warp-installed: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --no-compile --editable '.[warp]'
 	@touch $@
 
 # Of the extra `docs` its own lock has what is not in the main one.

@@ -235,6 +235,15 @@ def gym(
     print(json.dumps(found, indent=1) if as_json else "\n".join(f"{kind}: {rate:,.1f}" for kind, rate in found.items()))
 
 
+def warp(
+    exported: Annotated[Path, typer.Argument(metavar="MJCF", help="an exported twin, as `calib mjcf --out` writes it")],
+) -> None:
+    """Measure an exported twin in MuJoCo Warp, which wants a GPU: speed of thousands, and distance to MuJoCo."""
+    from benchmarks.warp import measure_warp
+
+    print(measure_warp(exported))
+
+
 def _print_failures(failures: "tuple[Failure, ...]", as_json: bool) -> None:
     found = {"failed": [failure._asdict() for failure in failures]}
     print(json.dumps(found, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
@@ -274,5 +283,6 @@ COMMANDS: dict[Callable[..., None], str] = {
     plain: "plain plain --part make --seed 1",
     foreign: "foreign --folder foreign --count 300",
     gym: "gym --session pool",
+    warp: "warp fish.xml",
 }
 """Commands, each with an example for its help."""
