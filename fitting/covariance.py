@@ -24,6 +24,7 @@ from fitting.features import (
     marker_slice,
     places_of_slides,
 )
+from fitting.picture_scale import HEAD_BOX_M, box_columns
 from fitting.trial import HARMONICS
 from fitting.trial_model import Sensitivities, TrialModel
 from swimcal.mjcf import COEFFICIENT_BOUNDS
@@ -38,8 +39,6 @@ COEFFICIENT_SD = (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0)
 # Nose and neck define the scale, and a ruler lays them out.
 _HEAD_MARKER_M = 0.0015
 """Standard deviation of nose and neck from their places on the body."""
-_HEAD_BOX_M = 0.002
-"""Standard deviation of their boxes from them in a trial."""
 _SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
 _ITERATIONS = 60  # largest number of iterations of the search for the components
 _FARTHEST = 5.0
@@ -171,7 +170,9 @@ class Covariance:
         }
         known = noise + own([each.own for each in sensitivities]) + common([each.robot for each in sensitivities])
         known += common([block.time_step[:, None] for block in blocks])
-        known += own([_HEAD_BOX_M * each.boxes[:, head] for each in sensitivities])
+        windows = [block.model for block in blocks]
+        boxes = HEAD_BOX_M * box_columns(windows, sensitivities, [block.trial for block in blocks], only_head=True)
+        known += boxes @ boxes.T
         known += common([_HEAD_MARKER_M * each.markers[:, head] for each in sensitivities])
         observed = np.concatenate([block.model.reader.observed for block in blocks])
         return cls(

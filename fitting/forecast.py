@@ -19,7 +19,7 @@ from fitting.noise import FeatureNoise
 from fitting.phase import SETTLED_S
 from fitting.pool import waves
 from fitting.trial import HARMONICS, MeasuredTrial
-from fitting.trial_model import Sensitivities, TrialModel, sensitivities_together, slope_of_phase
+from fitting.trial_model import TrialModel, sensitivities_together, slope_of_phase
 from swimcal.errors import NotEnoughData
 from tracking.head_frame import HeadFrame
 
@@ -264,7 +264,8 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
     phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
-    sensitivities = Sensitivities(*(_ahead(each, phase) for each in late.sensitivities))
+    columns = {name: _ahead(part, phase) for name, part in late.sensitivities._asdict().items() if name != "spans"}
+    sensitivities = late.sensitivities._replace(**columns)
     features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
     noise = _noise(mode, window, scatter, features)
     return Block(window, sensitivities, noise, time_step, late.trial, features), phase

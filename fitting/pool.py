@@ -5,6 +5,8 @@ frame of the head. `smooth_swim` and `design` give the regressors of a swim, and
 the samples for them. `forward_speed` is the speed that every forecast is compared with.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
 
@@ -28,6 +30,19 @@ _LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the
 
 
 # The markers on the pool.
+
+
+@dataclass(frozen=True, eq=False)
+class CommonScale:
+    """The scale that several swims have in common.
+
+    Attributes:
+        metres_per_px: the scale, m/px.
+        names: the fitted swims that it is the mean of.
+    """
+
+    metres_per_px: float
+    names: tuple[str, ...]
 
 
 def in_pool(

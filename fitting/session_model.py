@@ -15,6 +15,7 @@ from scipy.linalg import block_diag
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
 from fitting.features import beat_phase
 from fitting.phase import swims_forward
+from fitting.picture_scale import box_columns
 from fitting.ring import Ring
 from fitting.structure import ParameterUncertainty, assumed, perturbed_twins, uncertainties_of
 from fitting.trial import MeasuredTrial
@@ -35,7 +36,7 @@ class NuisanceModel(NamedTuple):
     Attributes:
         noise: (k, k) covariance.
         own: (k, p) of the nuisances that each trial has to itself, but boxes.
-        per_box: (k, b) of boxes 1 m off their markers.
+        per_box: (k, b) of boxes 1 m off their markers, by `fitting.picture_scale.box_columns`.
         per_marker: (k, 2 m) of markers 1 m off their places on the body, the same in all trials.
         robot: (k, q) of the robot's uncertain numbers, the same in all trials.
     """
@@ -178,7 +179,7 @@ class SessionModel:
         """Return the nuisance model at coefficients (5,); the noise (k, k) is by default that of the tracks."""
         sensitivities = sensitivities_together(self.trials, coefficients)
         own = block_diag(*[each.own for each in sensitivities])
-        boxes = block_diag(*[each.boxes for each in sensitivities])
+        boxes = box_columns(self.trials, sensitivities)
         markers, robot = (
             np.vstack(each) for each in zip(*[(each.markers, each.robot) for each in sensitivities], strict=True)
         )

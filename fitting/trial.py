@@ -20,6 +20,7 @@ from fitting.free_decay import DecayTrial
 from fitting.frequency import SwimFrequency, beating_part, estimate_frequency
 from fitting.motor_clock import MotorRecord
 from fitting.pool import (
+    CommonScale,
     design,
     determined,
     forward_speed,
@@ -97,6 +98,7 @@ class MeasuredTrial:
         beat: beat of the tail, over the whole trial.
         logged_hz: turns a second of the crank while it was driven, by its motor's log and clock; None without a log, or
             with one that may be another trial's.
+        scale: the scale that the session's swims have in common; None where nose and neck of this one alone give it.
     """
 
     name: str
@@ -118,6 +120,7 @@ class MeasuredTrial:
     turn: CrankTurn | None = None
     beat: SwimFrequency | None = None
     logged_hz: float | None = None
+    scale: CommonScale | None = None
 
     def __repr__(self) -> str:
         size = f"{len(self.markers)} markers, {len(self.time_s)} frames"

@@ -45,6 +45,7 @@ LEAST_FREQUENCY_SE = 1e-4  # least relative standard error of a frequency
 _THROWN = 10.0  # m, m/s and rad/s; no fish beats or swims beyond these
 # Finite differences: of markers, of the velocity at time 0 (m/s, m/s, rad/s) and of the frequency (relative).
 _SHIFT_M = 1e-3
+_GROWTH = 1e-3  # relative, of the scale
 _START_STEP = (0.01, 0.01, 0.1)
 _FREQUENCY_STEP = 0.005
 
@@ -180,8 +181,11 @@ class TrialModel:
         pool = np.broadcast_to(np.eye(2), body.shape)
         start, place = self._of_start(coefficients, features), _of_place(len(features))
         own = np.column_stack([*start, PHASE_SD_RAD * slope_of_phase(features), *place])
-        boxes, markers = (np.column_stack(self._of_shifts(marker_m, axes, features)) for axes in (pool, body))
-        return Sensitivities(own, boxes, markers, np.zeros((len(features), 0)), self.slopes_of_roll(trajectories))
+        boxes = np.column_stack(self._of_shifts(marker_m, pool, features, scaled=False))
+        markers = np.column_stack(self._of_shifts(marker_m, body, features, scaled=True))
+        larger = (self.in_step(self.reader((1 + _GROWTH) * marker_m)) - features) / _GROWTH
+        robot, rolls = np.zeros((len(features), 0)), self.slopes_of_roll(trajectories)
+        return Sensitivities(own, boxes, markers, robot, rolls, larger[:, None], self._spans(marker_m, pool))
 
     def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
         """Return the effect (4, k) of the velocity at time 0 and of the frequency, about features (k,)."""
@@ -197,20 +201,36 @@ class TrialModel:
         of_velocity *= min(1.0, START_SD[0] / max(float(np.linalg.norm(of_velocity[:, SPEED])), 1e-12))
         return moved
 
-    def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:
+    def _of_shifts(
+        self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray, scaled: bool
+    ) -> list[np.ndarray]:
         """Return the derivative of the features by each marker's shift along each of its axes (n, m, 2, 2), 1/m.
 
-        The tracks are scaled by the distance between nose and neck, so a shift of either scales all.
+        Scaled, the distance between nose and neck gives the scale, so a shift of either scales all.
         """
         slopes, nose, neck = [], self.reader.nose, self.reader.neck
-        length = np.linalg.norm(marker_m[:, nose] - marker_m[:, neck], axis=-1).mean()
+        length = self._head_length(marker_m)
         for marker in range(marker_m.shape[1]):
             for axis in range(2):
                 shifted = np.array(marker_m)
                 shifted[:, marker] += _SHIFT_M * axes[:, marker, axis]
-                shifted *= length / np.linalg.norm(shifted[:, nose] - shifted[:, neck], axis=-1).mean()
+                if scaled and marker in (nose, neck):
+                    shifted *= length / self._head_length(shifted)
                 slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
         return slopes
+
+    def _spans(self, marker_m: np.ndarray, axes: np.ndarray) -> np.ndarray:
+        """Return the derivative (2 m,) of the logarithm of the scale by each marker's shift along its axes, 1/m."""
+        found = np.zeros(2 * marker_m.shape[1])
+        for place in self.places_of_head:
+            shifted = np.array(marker_m)
+            shifted[:, place // 2] += _SHIFT_M * axes[:, place // 2, place % 2]
+            found[place] = -np.log(self._head_length(shifted) / self._head_length(marker_m)) / _SHIFT_M
+        return found
+
+    def _head_length(self, marker_m: np.ndarray) -> float:
+        """Return the mean distance from nose to neck of markers (n, m, 2), m."""
+        return float(np.linalg.norm(marker_m[:, self.reader.nose] - marker_m[:, self.reader.neck], axis=-1).mean())
 
     def slopes_of_roll(self, motion: Trajectories) -> np.ndarray:
         """Return the change (k, 2) of the features with one prior standard deviation of each number of the roll."""
@@ -294,14 +314,17 @@ class Sensitivities(NamedTuple):
     """Sensitivities of features to nuisances, as columns (k, q).
 
     Nuisances of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each
-    box sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Nuisances of the
-    session: by the metre, where each marker sits on the body; and the robot's uncertain numbers.
+    box sits on its marker, in a picture of known scale. Nuisances of the session: by the metre, where each marker sits
+    on the body (with the scale that goes with nose and neck); and the robot's uncertain numbers. The scale of the
+    picture goes with the boxes of nose and neck of one trial or of several: see `fitting.picture_scale.box_columns`.
 
     Attributes:
         own: those of the trial, by their standard deviations.
         boxes, markers: boxes 1 m off their markers, and markers 1 m off their places on the body.
         robot: the robot's uncertain numbers, by their standard deviations.
         rolls: the two numbers of the hull's roll, by their standard deviations.
+        scale: the logarithm of the picture's scale, (k, 1).
+        spans: (2 m,) derivative of that logarithm by boxes 1 m off; 0 but for nose and neck.
     """
 
     own: np.ndarray
@@ -309,6 +332,8 @@ class Sensitivities(NamedTuple):
     markers: np.ndarray
     robot: np.ndarray
     rolls: np.ndarray
+    scale: np.ndarray
+    spans: np.ndarray
 
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:

@@ -16,6 +16,7 @@ from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
 from fitting.left_out import odd_markers
 from fitting.motor_clock import read_motor
+from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial, measure_trial
 from swimcal.errors import FaultCollector, NotEnoughData
@@ -227,7 +228,10 @@ class Recordings:
         for spec in (spec for spec, _ in problems if spec.tracks is not None):
             tracks = mask_untrusted(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
-        odd = odd_markers([trial for trial in measured if isinstance(trial, MeasuredTrial)], self._robot)
+        swims = [trial for trial in measured if isinstance(trial, MeasuredTrial)]
+        scaled = {trial.name: trial for trial in with_common_scale(swims, self._session.camera.scale_length_m)}
+        measured = [scaled.get(trial.name, trial) for trial in measured]
+        odd = odd_markers(list(scaled.values()), self._robot)
         return [
             replace(trial, flags=(*trial.flags, odd[trial.name])) if trial.name in odd else trial for trial in measured
         ]
