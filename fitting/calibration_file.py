@@ -92,6 +92,7 @@ class TrialResult:
         phase_rad: angle of the crank at time 0.
         marker_error_mm, marker_error_all_mm, shape_error_mm: distances as the public contract defines them.
         used_fraction: share of the samples that count.
+        metres_per_px: scale of the picture, of the session or of this trial.
         speed_measured, speed_twin: speed of the robot and of the twin.
         speed_ebt, speed_ebt_large, speed_ebt_smoothed: speed by three forms of elongated body theory from the measured
             tail.
@@ -109,6 +110,7 @@ class TrialResult:
     marker_error_all_mm: float
     shape_error_mm: float
     used_fraction: float
+    metres_per_px: float
     speed_measured: float
     speed_twin: float
     speed_ebt: float
@@ -265,6 +267,7 @@ def _trial(trial: CalibratedTrial, forecast: CommandForecast | None) -> TrialRes
         marker_error_all_mm=_PER_M * scores.marker_error_all_m,
         shape_error_mm=_PER_M * scores.shape_error_m,
         used_fraction=scores.used_fraction,
+        metres_per_px=measured.metres_per_px,
         speed_measured=measured.speed,
         speed_twin=trial.speed_twin,
         speed_ebt=trial.speed_ebt,

@@ -44,11 +44,34 @@ def with_common_scale(trials: Sequence[MeasuredTrial], length_m: float) -> list[
     scaled = []
     for trial in trials:
         if trial.name in names or (trial.role != "fit" and abs(own[trial.name] - mean) < limit):
-            scaled.append(_scaled(trial, common))
+            scaled.append(replace(at_scale(trial, common.metres_per_px), scale=common))
         else:
             others = [other for other in trials if other.name in names]
             scaled.append(replace(trial, flags=(*trial.flags, _flag(trial, others))))
     return scaled
+
+
+def at_scale(trial: MeasuredTrial, metres_per_px: float) -> MeasuredTrial:
+    """Return a swim at another scale of the picture: its lengths and speeds change in proportion.
+
+    Args:
+        trial: the swim.
+        metres_per_px: the scale, m/px.
+    """
+    by, head = metres_per_px / trial.metres_per_px, trial.head
+    frames = replace(
+        head,
+        position_m=by * head.position_m,
+        shape_m=by * head.shape_m,
+        path_m=by * head.path_m,
+        nose_m=by * head.nose_m,
+    )
+    return replace(
+        trial,
+        tracks=laid_on_pool(trial.tracks, by * trial.position_m, frames, trial.weight, metres_per_px),
+        start_velocity=trial.start_velocity * [by, by, 1.0],
+        speed=by * trial.speed,
+    )
 
 
 def _alike(scales: dict[str, float], sd: float) -> tuple[str, ...]:
@@ -75,25 +98,6 @@ def _flag(trial: MeasuredTrial, others: Sequence[MeasuredTrial]) -> Flag:
         "keeps its own scale, by which its speed goes"
     )
     return Flag("scale_apart", ("nose", "neck"), message=message)
-
-
-def _scaled(trial: MeasuredTrial, common: CommonScale) -> MeasuredTrial:
-    """Return a swim with another scale: lengths and speeds change in proportion."""
-    by, head = common.metres_per_px / trial.metres_per_px, trial.head
-    frames = replace(
-        head,
-        position_m=by * head.position_m,
-        shape_m=by * head.shape_m,
-        path_m=by * head.path_m,
-        nose_m=by * head.nose_m,
-    )
-    return replace(
-        trial,
-        tracks=laid_on_pool(trial.tracks, by * trial.position_m, frames, trial.weight, common.metres_per_px),
-        start_velocity=trial.start_velocity * [by, by, 1.0],
-        speed=by * trial.speed,
-        scale=common,
-    )
 
 
 def box_columns(

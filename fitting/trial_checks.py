@@ -20,7 +20,7 @@ SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""
 TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
-BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts")
+BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts", "scale_apart")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
 _SURE = 4.0  # standard errors from which a drift is certain
 _LASTS = 10.0  # frames for which an error of a box stays

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.phase import speed_from_rest
+from fitting.picture_scale import with_common_scale
 from fitting.structure import assumed, uncertainties_of
 from fitting.trial import MeasuredTrial, measure_trial
 from swimcal.create_session import FISHSIM_MARKERS
@@ -176,7 +177,7 @@ def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied
         tracks, _ = track_as_filmed(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
-    return trials
+    return with_common_scale(trials, camera.scale_length_m)
 
 
 def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:

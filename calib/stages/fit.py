@@ -38,6 +38,7 @@ from fitting.calibration_file import (
 )
 from fitting.ebt import FORMS
 from fitting.mode import Mode, mode_at
+from fitting.picture_scale import at_scale
 from fitting.progress import part_of
 from fitting.session_model import SessionModel
 from fitting.structure import (
@@ -66,8 +67,8 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 
-_FORM = 15  # version of calibration.json, and of the search that fills it
-_FORM_OF_POSTERIOR = 12  # version of the posterior's files and of their computation
+_FORM = 16  # version of calibration.json, and of the search that fills it
+_FORM_OF_POSTERIOR = 13  # version of the posterior's files and of their computation
 _STEADY_BEATS = 20  # after which a swim is steady
 _HOW_TO_USE = f"""
 Made for MuJoCo {ENGINE}. Releases compute different fluid forces: in MuJoCo 3 this file loads, but swims another way.
@@ -162,7 +163,8 @@ class FitStage(Stage):
             ModelMismatch: as `read`.
         """
         check_engine(read_provenance(self.file), self._job.robot, str(self.file))
-        result, measured = self.result(), self._recordings.swim(name)
+        result = self.result()
+        measured = at_scale(self._recordings.swim(name), result.trials[name].metres_per_px)
         hz = [trial.frequency_hz for trial in result.trials.values() if trial.role == "fit"]
         twin = Twin(self.robot, measured.markers, workers=self._job.options.workers)
         phase_rad = result.trials[name].phase_rad
@@ -245,7 +247,7 @@ class PublishedStage(Stage):
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort
-        settings = {"seed": job.session.seed, "effort": effort, "form": 2}
+        settings = {"seed": job.session.seed, "effort": effort, "form": 3}
         super().__init__(job.results / PUBLISHED.name, {}, settings, [recordings])
 
     def make(self) -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fitting.features import advance_phase, phase_between
+from fitting.picture_scale import box_columns
+from fitting.pool import CommonScale
 from fitting.trial_model import START_SD, Sensitivities, TrialModel, sensitivities_together
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import RobotSpec
@@ -81,6 +85,34 @@ def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
     place = 2 * marker + axis
     column = sensitivities.boxes[:, place] + sensitivities.scale[:, 0] * sensitivities.spans[place]
     assert column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("marker", [NOSE, NECK])
+def test_a_box_of_nose_or_neck_scales_every_trial_with_the_same_scale(
+    model: TrialModel, sensitivities: Sensitivities, marker: int
+) -> None:
+    common = CommonScale(0.001, ("own", "other", "absent"))
+    windows = [replace(model, trial=replace(model.trial, name=name, scale=common)) for name in ("own", "other")]
+    columns = box_columns(windows, [sensitivities] * 2)[:, 2 * marker].reshape(2, -1)
+
+    marker_m = simulated(model, model.trial.start_velocity)
+    shifted = marker_m.copy()
+    shifted[:, marker, 0] += 5e-4
+    third = np.linalg.norm(rescaled(shifted, marker_m)[0]) / np.linalg.norm(shifted[0])
+    third **= 1 / 3  # the logarithm of the common scale is a mean of three
+    for column, seen in zip(columns, (shifted, marker_m), strict=True):
+        expected = 2000 * (read(model, third * seen) - read(model, marker_m))
+        assert column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+
+
+def test_a_trial_that_is_not_fitted_doubts_its_scale_by_the_boxes_of_those_that_are(
+    model: TrialModel, sensitivities: Sensitivities
+) -> None:
+    common = CommonScale(0.001, ("a", "b"))
+    new = replace(model, trial=replace(model.trial, name="new", role="holdout", scale=common))
+    of_absent = box_columns([new], [sensitivities])[:, -2:]
+    doubt = np.linalg.norm(of_absent, axis=1)
+    assert doubt == pytest.approx(np.abs(sensitivities.scale[:, 0]) / ROBOT.scale_length_m, rel=0.03)
 
 
 @pytest.mark.parametrize("name", ["nose", "neck", "tail_2", "caudal_fin"])
