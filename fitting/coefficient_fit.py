@@ -28,6 +28,7 @@ from swimcal.twin import Twin
 _WIDE = 2.5
 _WIDE_BY = 0.5
 _NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
+_CUT_OFF_SD = 0.4  # the same in its standard deviations, if that is more
 NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
@@ -58,10 +59,14 @@ class Marginal(NamedTuple):
 
     @property
     def at_bounds(self) -> tuple[float, ...]:
-        """The bounds of the prior that cut it off: its interval reaches them, and would reach further."""
+        """The bounds of the prior that cut it off: its interval reaches them, and would reach further.
+
+        Of a normal distribution these are bounds that shorten the interval by more than a tenth.
+        """
         reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
         near = zip(COEFFICIENT_BOUNDS, (self.q05, self.q95), strict=True)
-        return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < self.sd)
+        beside = np.maximum(reach, _CUT_OFF_SD * self.sd)
+        return tuple(float(bound) for bound, end in near if abs(end - bound) < beside and self.sd > reach)
 
 
 @dataclass(frozen=True, eq=False)

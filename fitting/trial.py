@@ -481,7 +481,7 @@ def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
     except NotEnoughData as problem:
         raise NotEnoughData(
             f"trial {name}: the part of a held-out trial that may be looked at (two beats, at most half) is too short: "
-            f'{problem}. Record longer, or give it role = "fit"'
+            f"{problem}. Record longer"
         ) from problem
 
 

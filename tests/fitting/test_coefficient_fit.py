@@ -6,9 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm, truncnorm
 
 from fitting import search
-from fitting.coefficient_fit import _flags, fit_coefficients
+from fitting.coefficient_fit import Marginal, _flags, fit_coefficients
+from fitting.forecast import NORMAL_90
 from fitting.mode import SearchEnd
 from swimcal.mjcf import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
@@ -79,3 +81,16 @@ def test_the_order_of_trials_does_not_change_a_bit(monkeypatch: pytest.MonkeyPat
 
     assert one.coefficients == other.coefficients
     np.testing.assert_array_equal(one.interval, other.interval)
+
+
+@pytest.mark.parametrize("beyond_sd", [-1.0, 0.0, 1.0, 1.5, 2.5, 4.0])
+@pytest.mark.parametrize("sd", [0.5, 1.5])
+def test_an_interval_that_a_bound_shortens_says_so(beyond_sd: float, sd: float) -> None:
+    """Of a normal distribution with its mean so many standard deviations below the bound."""
+    mean, bound = 10.0 - beyond_sd * sd, 10.0
+    share = norm.cdf(beyond_sd)
+    low, high = mean + sd * norm.ppf(share * np.array([0.05, 0.95]))
+    spread = sd * truncnorm.std(-np.inf, beyond_sd)
+    found = Marginal(mean=mean, sd=spread, q05=low, q95=high, ess_bulk=1e3, r_hat=1.0, determined=True)
+    shortened = (mean + NORMAL_90 * sd - high) / (high - low) > 0.1
+    assert (found.at_bounds == (bound,)) == shortened
