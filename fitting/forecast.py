@@ -204,8 +204,22 @@ class NewWindow(NamedTuple):
 
     @classmethod
     def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
-        """Simulate the window at the mode."""
+        """Simulate the window at the mode.
+
+        Near a second steady state the crank's first angle decides whether a twin swims forward: see `_set_off`.
+        """
+        window = _set_off(mode, window)
         return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
+
+
+def _set_off(mode: Mode, window: TrialModel) -> TrialModel:
+    """Return the window with a twin that goes the trial's way at the mode; as it is, where neither angle does that."""
+    either = (window, replace(window, phase_rad=window.phase_rad + np.pi / 2))
+    backward = bool(window.trial.start_velocity[0] > 0)
+    for each in either:
+        if bool(each.simulated(mode.coefficients[None])[0, SPEED] < 0) == backward:
+            return each
+    return window
 
 
 def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.calibration import Calibration
 from fitting.calibration_file import CommandForecast, beat_to_command, forecast_from_command
+from fitting.forecast import _set_off
 from fitting.phase import _lowest as lowest
 from fitting.phase import fit_phase, forecast, score
 from fitting.published import Swims
@@ -112,3 +114,25 @@ def test_beyond_the_sweep_there_is_no_forecast_and_that_is_reported() -> None:
     assert np.isnan(list(found.speeds.values())).all()
     assert [flag.kind for flag in found.flags] == ["extrapolated"]
     assert "2.400 Hz, forecast from the command, is outside the 0.400 to 1.500 Hz" in found.flags[0].message
+
+
+@dataclass(frozen=True)
+class TwoWays:
+    """A twin that swims forward if its crank begins beyond an angle."""
+
+    trial: SimpleNamespace
+    from_rad: float
+    phase_rad: float = 1.0
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        return np.full((len(coefficients), 5), 0.1 if self.phase_rad >= self.from_rad else -0.1)
+
+
+@pytest.mark.parametrize(
+    ("from_rad", "forward", "later"), [(0.0, True, False), (2.0, True, True), (2.0, False, False), (9.0, True, False)]
+)
+def test_of_two_steady_swims_the_forecast_takes_that_of_the_trial(from_rad: float, forward: bool, later: bool) -> None:
+    mode = SimpleNamespace(coefficients=np.ones(5))
+    trial = SimpleNamespace(start_velocity=np.array([-0.1 if forward else 0.1, 0.0, 0.0]))
+    window = _set_off(mode, TwoWays(trial, from_rad))  # type: ignore[arg-type]
+    assert (window.phase_rad > 1.0) == later
