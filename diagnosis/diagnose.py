@@ -43,6 +43,8 @@ from diagnosis.where import VarianceDecomposition, decompose
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
+from fitting.trial import MeasuredTrial
+from fitting.trial_checks import WOBBLES
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
@@ -163,6 +165,8 @@ def diagnose(
             doubted = _not_followed(weighed.linear, said.best)
         if doubted:
             said = Validated(Verdict("unexplained", ()), said.probabilities, None)
+    if said.verdict.name == "no_gap" and any(_wobbles(trial) for trial in data.of_role(fitted=True)):
+        said = Validated(Verdict("unexplained", ()), said.probabilities, None)  # features do not show it
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.8)
     gap = swims.gap(best)
@@ -182,6 +186,10 @@ def diagnose(
         ),
         doubted=doubted,
     )
+
+
+def _wobbles(trial: MeasuredTrial) -> bool:
+    return any(flag.kind == WOBBLES for flag in trial.flags)
 
 
 def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:

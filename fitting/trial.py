@@ -361,7 +361,8 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
     span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
     span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
     warm = trial.time_s >= trial.warmup_s - 1e-9
-    moves = motion_flags(trial.time_s, trial.head, trial.kept, trial.speed, trial.frequency.hz)
+    length_m = float(np.nanmedian(np.where(trial.head_seen, span_m, np.nan)))
+    moves = motion_flags(trial.time_s, trial.head, trial.kept, trial.speed, trial.frequency.hz, length_m)
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.frequency import LEAST_EXPLAINED, SwimFrequency
-from fitting.pool import design
+from fitting.frequency import HARMONICS, LEAST_EXPLAINED, SwimFrequency
+from fitting.pool import design, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
@@ -20,12 +20,18 @@ SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""
 TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
+WOBBLES = "path_wobbles"
+"""The flag of a trial in which the head goes to and fro beside its beat, without turning."""
 BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts", "scale_apart")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
 _SURE = 4.0  # standard errors from which a drift is certain
 _LASTS = 10.0  # frames for which an error of a box stays
 _SCALE_DRIFTS = 0.01  # relative drift of the scale from the first to the last compared frame
 _CHORD = 0.02  # share by which the net displacement of a fish that turns may be shorter than its path
+_WOBBLE = 0.03  # amplitude relative to nose to neck; public trials have 0.004, noise of 1.5 px that lasts 0.017
+_WOBBLE_DEGREE = 3  # of the smooth path
+_SLOWEST_WOBBLE_HZ = 0.2  # slower than that fish wander
+_FASTEST_WOBBLE_HZ = 3.0
 _RESTS_S = 0.2  # least rest that is flagged
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
@@ -130,8 +136,10 @@ def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
     return tuple(flags)
 
 
-def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: float, hz: float) -> tuple[Flag, ...]:
-    """Flag a fish that swims tail first, and a course that bends.
+def motion_flags(
+    time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: float, hz: float, scale_length_m: float
+) -> tuple[Flag, ...]:
+    """Flag a fish that swims tail first, a course that bends, and a head that goes to and fro beside the beat.
 
     Args:
         time_s: (n,) s.
@@ -139,6 +147,7 @@ def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: f
         kept: (n,) frames that are compared.
         speed: forward speed, m/s.
         hz: beats a second.
+        scale_length_m: distance from nose to neck, m.
     """
     flags = []
     if speed < -_BACKWARD_M_S:
@@ -153,7 +162,38 @@ def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: f
             f"speed is, is {100 * turned**2 / 40:.0f} % shorter than its path"
         )
         flags.append(Flag("turns", message=message))
+    seen = kept & np.isfinite(head.heading_rad)
+    wobble_m, wobble_hz = _wobble(time_s[seen], head.path_m[seen], hz)
+    if wobble_m > _WOBBLE * scale_length_m:
+        message = (
+            f"its head goes to and fro by {1000 * wobble_m:.0f} mm at {wobble_hz:.2f} Hz, besides the beat and without "
+            "turning: was the camera shaken, or did waves move the robot?"
+        )
+        flags.append(Flag(WOBBLES, message=message))
     return tuple(flags)
+
+
+def _wobble(time_s: np.ndarray, path_m: np.ndarray, hz: float) -> tuple[float, float]:
+    """Return amplitude (m) and frequency of the likeliest oscillation of a path (k, 2) that is not of the beat.
+
+    At least two periods of it are seen. The path is that of the head along its own axes, with a cubic and three
+    harmonics of the beat: a fish that winds its way goes where its head points, and does not wobble.
+    """
+    turn_rad, lasts_s = 2 * np.pi * hz * time_s, float(np.ptp(time_s))
+    smooth, _ = np.linalg.qr(smooth_swim(time_s, turn_rad, _WOBBLE_DEGREE, HARMONICS))
+    rest = path_m - smooth @ (smooth.T @ path_m)
+    rates_hz = np.arange(max(2 / lasts_s, _SLOWEST_WOBBLE_HZ), _FASTEST_WOBBLE_HZ, 0.1 / lasts_s)
+    of_beat = np.abs(rates_hz[:, None] - hz * np.arange(1, HARMONICS + 1)).min(axis=1) < 1 / lasts_s
+    best, amplitude_m, found_hz = 0.0, 0.0, 0.0
+    for rate_hz in rates_hz[~of_beat]:
+        wave = np.exp(2j * np.pi * rate_hz * time_s)
+        pair = np.column_stack([wave.real, wave.imag])
+        pair -= smooth @ (smooth.T @ pair)
+        sizes, *_ = np.linalg.lstsq(pair, rest, rcond=None)
+        explained = float(((pair @ sizes) ** 2).sum())
+        if explained > best:
+            best, amplitude_m, found_hz = explained, float(np.linalg.norm(sizes)), float(rate_hz)
+    return amplitude_m, found_hz
 
 
 def sight_flags(

@@ -101,8 +101,9 @@ class Stage:
     def mark(self, others: Iterable[Path] = ()) -> None:
         """Record that the main result, and the others, were just made from these inputs."""
         outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
+        stamp = {"fingerprint": self.fingerprint, "outputs": outputs}  # to find it may make, and mark, what it rests on
         with _changed(self._results) as stamps:
-            stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
+            stamps[_name(self.file, self._results)] = stamp
 
     def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
         """Copy the results that are there to ``results/kept/<stamp>`` before others take their place.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -175,6 +176,37 @@ def test_a_twin_that_diverges_is_not_hidden_by_a_gap() -> None:
 )
 def test_what_a_whole_trial_suffers_from_is_flagged(changes: dict[str, float], kind: str) -> None:
     assert kinds(measured(*swim(**changes))) == {kind}  # type: ignore[arg-type]
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    hz=st.floats(0.45, 0.75) | st.floats(1.25, 1.7),
+    heading_rad=st.floats(0, 6.3),
+    seconds=st.floats(5.5, 12.0),
+    seed=st.integers(0, 99),
+)
+def test_a_shaken_camera_is_flagged(hz: float, heading_rad: float, seconds: float, seed: int) -> None:
+    time_s, position_px = swim(seconds, seed=seed)
+    way_px = 8.0 * np.array([np.cos(heading_rad), np.sin(heading_rad)])
+    shaken = position_px + np.sin(2 * np.pi * hz * time_s + seed)[:, None, None] * way_px
+    (flag,) = (flag for flag in measured(time_s, shaken).flags if flag.kind == "path_wobbles")
+    amplitude_mm, found_hz = map(float, re.findall("by ([0-9]+) mm at ([0-9.]+) Hz", flag.message)[0])
+    assert amplitude_mm == pytest.approx(8000 / PX_PER_M, abs=1.5)
+    assert found_hz == pytest.approx(hz, abs=0.05)
+    assert "path_wobbles" not in kinds(measured(time_s, position_px))
+
+
+def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
+    time_s, position_px = swim(10.0)
+    winding = 0.15 * np.sin(2 * np.pi * 0.25 * time_s)
+    place = (position_px[..., 0] - 1500.0) + 1j * (position_px[..., 1] - 1500.0)
+    nose = FISHSIM_MARKERS.index("nose")
+    steps = np.diff(-0.1 * PX_PER_M * time_s, prepend=0.0) * np.exp(1j * winding)
+    body = (place - place[:, [nose]]) * np.exp(1j * winding)[:, None]
+    wound = np.cumsum(steps)[:, None] + body
+    winds = np.stack([wound.real, wound.imag], axis=-1) + 1500.0
+    assert "path_wobbles" not in kinds(measured(time_s, winds))
+    assert "path_wobbles" not in kinds(measured(time_s, lose(position_px, ("nose",), slice(200, 320))))
 
 
 @pytest.mark.parametrize(
