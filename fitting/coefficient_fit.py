@@ -27,8 +27,7 @@ from swimcal.twin import Twin
 # A coefficient is not determined if the ends of its 90 % interval exceed this ratio and this difference.
 _WIDE = 2.5
 _WIDE_BY = 0.5
-_NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
-_CUT_OFF_SD = 0.4  # the same in its standard deviations, if that is more
+_CUT_OFF_SD = 0.37  # standard deviations from a bound within which an interval is cut off by it
 NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
@@ -63,10 +62,8 @@ class Marginal(NamedTuple):
 
         Of a normal distribution these are bounds that shorten the interval by more than a tenth.
         """
-        reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
         near = zip(COEFFICIENT_BOUNDS, (self.q05, self.q95), strict=True)
-        beside = np.maximum(reach, _CUT_OFF_SD * self.sd)
-        return tuple(float(bound) for bound, end in near if abs(end - bound) < beside and self.sd > reach)
+        return tuple(float(bound) for bound, end in near if abs(end - bound) < _CUT_OFF_SD * self.sd)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from fitting.features import (
     marker_slice,
     places_of_slides,
 )
-from fitting.picture_scale import HEAD_BOX_M, box_columns
+from fitting.picture_scale import HEAD_BOX_M, HEAD_MARKER_M, box_columns
 from fitting.trial import HARMONICS
 from fitting.trial_model import Sensitivities, TrialModel
 from swimcal.mjcf import COEFFICIENT_BOUNDS
@@ -36,9 +36,6 @@ LN_LENGTH = 0.7
 """Length scale of the common discrepancy of the wave in the logarithm of frequency: a factor of two."""
 COEFFICIENT_SD = (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0)
 """Standard deviation of a coefficient that is uniform between its bounds; the only prior that it has."""
-# Nose and neck define the scale, and a ruler lays them out.
-_HEAD_MARKER_M = 0.0015
-"""Standard deviation of nose and neck from their places on the body."""
 _SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
 _ITERATIONS = 60  # largest number of iterations of the search for the components
 _FARTHEST = 5.0
@@ -173,7 +170,7 @@ class Covariance:
         windows = [block.model for block in blocks]
         boxes = HEAD_BOX_M * box_columns(windows, sensitivities, [block.trial for block in blocks], only_head=True)
         known += boxes @ boxes.T
-        known += common([_HEAD_MARKER_M * each.markers[:, head] for each in sensitivities])
+        known += common([HEAD_MARKER_M * each.markers[:, head] for each in sensitivities])
         observed = np.concatenate([block.model.reader.observed for block in blocks])
         return cls(
             apart(known, observed),

@@ -2,7 +2,7 @@
 
 Nose and neck give each swim a scale: in the picture they are as far apart as their boxes sit, and a box sits some
 millimetres off its marker. One camera that nobody moved has one scale, so `with_common_scale` gives every swim the mean
-over the fitted ones. A swim whose own scale is too far from it for boxes keeps its own, with a flag.
+over the fitted ones. A swim whose own scale is too far from the others' for boxes keeps its own, with a flag.
 
 `box_columns` is the other half: by how much an error of each box moves the features of each trial, now that the boxes
 of nose and neck of one trial scale the others too.
@@ -18,37 +18,66 @@ from fitting.trial import MeasuredTrial, laid_on_pool
 from fitting.trial_model import Sensitivities, TrialModel
 from swimcal.flags import Flag
 
+HEAD_MARKER_M = 0.0015
+"""Standard deviation of nose and neck from their places on the body, where a ruler lays them out, m."""
 HEAD_BOX_M = 0.002
 """Standard deviation of the boxes of nose and neck from their markers in a trial, m."""
-_APART = 4.0  # standard deviations from which boxes alone do not explain that a scale differs
+_APART = 3.5  # standard deviations from which boxes alone do not explain that a scale differs
 
 
 def with_common_scale(trials: Sequence[MeasuredTrial], length_m: float) -> list[MeasuredTrial]:
-    """Give swims the mean scale of the fitted ones; one that boxes cannot explain keeps its own and is flagged.
+    """Give swims one scale; one that boxes cannot explain keeps its own and is flagged.
+
+    The scale is the mean over the fitted swims that are alike; over all that are, where none of these is fitted.
 
     Args:
         trials: the swims, each with its own scale.
         length_m: distance from nose to neck, m.
     """
-    own = {trial.name: np.log(trial.metres_per_px) for trial in sorted(trials, key=lambda trial: trial.name)}
-    of_boxes = float(np.sqrt(2) * HEAD_BOX_M / length_m)  # of one scale, relative
+    own = {trial.name: float(np.log(trial.metres_per_px)) for trial in sorted(trials, key=lambda trial: trial.name)}
+    middle = float(np.median(list(own.values()))) if own else 0.0
+    limit = _APART * of_boxes(length_m) * np.sqrt(1 - 1 / max(len(own), 2))
+    alike = tuple(name for name, scale in own.items() if abs(scale - middle) < limit)
     fitted = {trial.name for trial in trials if trial.role == "fit"}
-    names = _alike({name: scale for name, scale in own.items() if name in fitted}, of_boxes)
-    if not names:  # two scales that disagree, or no swim to fit
-        if not fitted:
-            return list(trials)
-        return [replace(trial, flags=(*trial.flags, _flag(trial, trials))) for trial in trials]
-    mean = float(np.mean([own[name] for name in names]))
-    common = CommonScale(float(np.exp(mean)), names)
-    limit = _APART * of_boxes * np.sqrt(1 + 1 / len(names))
-    scaled = []
-    for trial in trials:
-        if trial.name in names or (trial.role != "fit" and abs(own[trial.name] - mean) < limit):
-            scaled.append(replace(at_scale(trial, common.metres_per_px), scale=common))
-        else:
-            others = [other for other in trials if other.name in names]
-            scaled.append(replace(trial, flags=(*trial.flags, _flag(trial, others))))
-    return scaled
+    names = tuple(name for name in alike if name in fitted) or alike
+    common = CommonScale(float(np.exp(np.mean([own[name] for name in names]))), names) if names else None
+    return [
+        replace(at_scale(trial, common.metres_per_px), scale=common)
+        if common is not None and trial.name in alike
+        else replace(trial, flags=(*trial.flags, _flag(own[trial.name] - _usual(own, trial.name))))
+        for trial in trials
+    ]
+
+
+def of_boxes(length_m: float) -> float:
+    """Return the relative standard deviation of a scale by the boxes of one trial, nose to neck being this long."""
+    return float(np.sqrt(2) * HEAD_BOX_M / length_m)
+
+
+def scale_sd(trial: MeasuredTrial, length_m: float) -> float:
+    """Return the relative standard deviation of a swim's scale, by boxes and by the markers' places on the body.
+
+    Args:
+        trial: the swim.
+        length_m: distance from nose to neck, m.
+    """
+    count = 1 if trial.scale is None else len(trial.scale.names)
+    return float(np.hypot(of_boxes(length_m) / np.sqrt(count), np.sqrt(2) * HEAD_MARKER_M / length_m))
+
+
+def _usual(scales: dict[str, float], name: str) -> float:
+    """Return the median scale of the other swims, in logarithms."""
+    return float(np.median([scale for other, scale in scales.items() if other != name]))
+
+
+def _flag(apart: float) -> Flag:
+    """Return the flag of a swim whose scale, m/px, is apart from that of the others by this logarithm."""
+    message = (
+        f"nose and neck are {100 * abs(np.exp(-apart) - 1):.0f} % "
+        f"{'nearer to each other' if apart > 0 else 'farther apart'} in the picture than in the other swims: one of "
+        "their boxes is off, or the camera was moved or set otherwise; it keeps its own scale, by which its speed goes"
+    )
+    return Flag("scale_apart", message=message)
 
 
 def at_scale(trial: MeasuredTrial, metres_per_px: float) -> MeasuredTrial:
@@ -72,32 +101,6 @@ def at_scale(trial: MeasuredTrial, metres_per_px: float) -> MeasuredTrial:
         start_velocity=trial.start_velocity * [by, by, 1.0],
         speed=by * trial.speed,
     )
-
-
-def _alike(scales: dict[str, float], sd: float) -> tuple[str, ...]:
-    """Return whose scales, in logarithms, are alike within the errors of boxes; nobody where two disagree."""
-    left = dict(scales)
-    while len(left) > 1:
-        apart = {name: abs(left[name] - np.mean([left[other] for other in left if other != name])) for name in left}
-        worst = max(apart, key=lambda name: (apart[name], name))
-        if apart[worst] < _APART * sd * np.sqrt(1 + 1 / (len(left) - 1)):
-            break
-        if len(left) == 2:
-            return ()
-        del left[worst]
-    return tuple(left)
-
-
-def _flag(trial: MeasuredTrial, others: Sequence[MeasuredTrial]) -> Flag:
-    """Return the flag of a swim whose scale is not that of the others."""
-    usual = np.exp(np.mean([np.log(other.metres_per_px) for other in others if other.name != trial.name]))
-    longer = 100 * (usual / trial.metres_per_px - 1)
-    message = (
-        f"nose and neck are {abs(longer):.0f} % {'farther apart' if longer > 0 else 'nearer to each other'} in the "
-        "picture than in the other swims: one of their boxes is off, or the camera was moved or set otherwise; it "
-        "keeps its own scale, by which its speed goes"
-    )
-    return Flag("scale_apart", ("nose", "neck"), message=message)
 
 
 def box_columns(

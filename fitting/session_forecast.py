@@ -27,11 +27,13 @@ from fitting.forecast import (
 )
 from fitting.mode import Mode
 from fitting.phase import score
+from fitting.picture_scale import scale_sd
 from fitting.pool import forward_speed
 from fitting.trial import MeasuredTrial
 from tracking.head_frame import HeadFrame
 
 _MM = 1000.0  # mm in a metre
+_SCALES = 9  # at which a gain is computed
 _FEWEST_TRIALS = 2  # trials that an interval over trials needs
 # Models that forecast a session, by the name in results
 TWIN = "twin"
@@ -89,10 +91,12 @@ class SessionForecast:
     Attributes:
         scatter: by how much beats differ within a trial.
         trials: the forecasts of each trial, by its name.
+        scale_sd: relative standard deviation of the scale that all measured speeds have in common.
     """
 
     scatter: Scatter
     trials: Mapping[str, ForecastTrial]
+    scale_sd: float = 0.0
 
     @property
     def held_out(self) -> tuple[ForecastTrial, ...]:
@@ -132,15 +136,32 @@ class SessionForecast:
         known = {name: error for name, error in errors.items() if np.isfinite(error)}
         return min(known, key=known.__getitem__) if known else ""
 
-    def gain(self, model: str, baseline: str) -> "Gain":
-        """Return how much better a model forecasts held-out speeds than a baseline."""
-        found = np.array(
-            [self._value(t, baseline, "speed_error") - self._value(t, model, "speed_error") for t in self.held_out]
-        )
-        if len(found) < _FEWEST_TRIALS:
-            return Gain(float(found.mean()) if len(found) else float("nan"), None)
-        reach = float(student.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
-        return Gain(float(found.mean()), (float(found.mean()) - reach, float(found.mean()) + reach))
+    def gain_of_twin(self, baseline: str) -> "Gain":
+        """Return how much better the exported twin forecasts held-out speeds than a baseline through measured speeds.
+
+        The measured speeds have the error of their scale in common, and so has the baseline, but not the twin. So the
+        interval is the widest over the trials at any scale within its own 90 % interval.
+        """
+        errors = [
+            np.array([self._gain(trial, baseline, 1 + off) for trial in self.held_out])
+            for off in self.scale_sd * NORMAL_90 * np.linspace(-1.0, 1.0, _SCALES)
+        ]
+        means = [float(each.mean()) if len(each) else float("nan") for each in errors]
+        as_measured, best = means[_SCALES // 2], max(means)
+        if len(errors[0]) < _FEWEST_TRIALS:
+            return Gain(as_measured, None, best)
+        quantile = student.ppf(0.95, len(errors[0]) - 1)
+        reaches = [float(quantile * each.std(ddof=1) / np.sqrt(len(each))) for each in errors]
+        low = min(mean - reach for mean, reach in zip(means, reaches, strict=True))
+        high = max(mean + reach for mean, reach in zip(means, reaches, strict=True))
+        return Gain(as_measured, (low, high), best)
+
+    def _gain(self, trial: ForecastTrial, baseline: str, by: float) -> float:
+        """Return by how much the twin's error is smaller in one trial, were all measured speeds larger by a factor."""
+        if not {baseline, TWIN} <= set(trial.forecasts):
+            return float("nan")
+        twin = abs(trial.forecasts[TWIN].speed - by * trial.speed_measured)
+        return by * self._value(trial, baseline, "speed_error") - twin
 
     def with_models(self, further: Mapping[str, Mapping[str, Forecast]]) -> "SessionForecast":
         """Return the forecasts with further ones, by trial and model, in front."""
@@ -165,13 +186,17 @@ NOTHING_FORECAST = SessionForecast(EVEN, {})
 
 
 class Gain(NamedTuple):
-    """Mean over trials by which an absolute speed error is smaller, m/s, with its 90 % interval over trials.
+    """Mean over trials by which an absolute speed error is smaller, m/s.
 
-    The interval is Student's; None with fewer than two trials.
+    Attributes:
+        mean: with speeds as measured.
+        interval: 90 % interval over trials (Student's) and over the scale; None with fewer than two trials.
+        at_best: the largest mean at any scale within the 90 % interval of the scale.
     """
 
     mean: float
     interval: tuple[float, float] | None
+    at_best: float
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
@@ -188,7 +213,9 @@ def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0)
     for trial in trials:
         if trial.role != "fit":
             found[trial.name] = _forecast_held_out(mode, trial, scatter, seed)
-    return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials})
+    length_m = mode.model.trials[0].twin.robot.scale_length_m
+    doubt = max((scale_sd(block.model.trial, length_m) for block in mode.blocks), default=0.0)
+    return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials}, doubt)
 
 
 def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:

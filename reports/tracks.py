@@ -119,7 +119,8 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     if context.session.camera.calibration is None:
         scales = [trial.measured.metres_per_px * 1000 for trial in context.calibration.trials]
         caveats.append(
-            "No lens calibration is given: distances near the edge of the picture may be off. The scale is the median "
-            f"nose-neck distance ({shown(min(scales), 2)} to {shown(max(scales), 2)} mm per pixel)."
+            "No lens calibration is given: distances near the edge of the picture may be off. The scale is the mean "
+            f"nose-neck distance of the fitted swims, {spanned(min(scales), max(scales), lambda mm: shown(mm, 2))} mm "
+            "per pixel."
         )
     return tuple(caveats)

@@ -171,9 +171,12 @@ def misses(forecasts: SessionForecast) -> str:
 
 
 def is_beaten(forecasts: SessionForecast) -> bool:
-    """Return whether the exported twin forecasts speeds better than every simple rule on average."""
+    """Return whether the exported twin forecasts speeds better than every simple rule on average.
+
+    An error of the scale of all measured speeds, within its 90 % interval, does not count against the twin.
+    """
     best = forecasts.best_baseline
-    return bool(best) and forecasts.gain(TWIN, best).mean > 0
+    return bool(best) and forecasts.gain_of_twin(best).at_best > 0
 
 
 def compared_with_best(forecasts: SessionForecast) -> str:
@@ -183,12 +186,14 @@ def compared_with_best(forecasts: SessionForecast) -> str:
     """
     if not (best := forecasts.best_baseline):
         return ""
-    gain, name = forecasts.gain(TWIN, best), MODELS[best]
+    gain, name = forecasts.gain_of_twin(best), MODELS[best]
     if not isfinite(gain.mean):
         return ""
     how = "better" if gain.mean > 0 else "worse"
     sure = gain.interval is not None and gain.interval[0] * gain.interval[1] > 0
     ends = "" if gain.interval is None else f" (90 % interval {spanned(*gain.interval, in_mm)})"
+    if gain.mean <= 0 < gain.at_best:
+        ends += f"; the scale of all measured speeds, known to {shown(100 * forecasts.scale_sd)} %, would explain it"
     return (
         f"The twin is {how}{'' if sure else ', but not significantly,'} than the best simple rule, {name}: gain "
         f"{in_mm(gain.mean)} mm/s{ends}."

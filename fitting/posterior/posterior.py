@@ -381,7 +381,7 @@ def robot_flags(parts: tuple[RobotPart, ...]) -> list[Flag]:
     return [
         Flag(
             "robot_off",
-            message=f"the trials ask for a {part.quantity.replace('_', ' ')} {100 * part.mean_after:+.0f} % off, more "
+            message=f"the trials ask for a {part.quantity.replace('_', ' ')} {100 * part.mean_after:+.2g} % off, more "
             f"than twice the {100 * part.sd:.2g} % to which it is known: measure it; coefficients may be off with it",
         )
         for part in parts

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import calib as front
 from fitting.forecast import Scatter
 from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
-from reports.words import compared_with_best, misses
+from reports.words import compared_with_best, is_beaten, misses
 from swimcal.flags import Flag
 from tests.calib.door import Front, calibration_of, files_in
 from tests.reports.diagnoses import made_diagnosed
@@ -44,7 +46,8 @@ def test_its_summary_says_whether_the_exported_twin_beats_the_simple_rules(found
     assert f"exported twin {1000 * errors['twin']:.1f} mm/s" in off
     assert ("The twin is better" in off) == better
     assert ("The twin is worse" in off) == (not better)
-    assert (found.verdict == "worse_than_baseline") == (not better)
+    assert is_beaten(found.forecasts) or not better  # what the scale's error explains does not count against the twin
+    assert (found.verdict == "worse_than_baseline") == (not is_beaten(found.forecasts))
     assert lines[0] in found._repr_html_()
 
 
@@ -64,6 +67,33 @@ def test_four_outcomes_are_told_apart(others: tuple[float, ...], how: str) -> No
         for i, other in enumerate(others)
     }
     assert f"The twin is {how} the best simple rule" in compared_with_best(SessionForecast(Scatter(), trials))
+
+
+@given(
+    speeds=st.lists(st.floats(0.03, 0.3), min_size=2, max_size=5),
+    sd=st.floats(0.005, 0.05),
+    off=st.floats(-1.5, 1.5),
+    rule=st.floats(0.015, 0.1),
+)
+def test_an_error_of_the_scale_is_not_the_twins(speeds: list[float], sd: float, off: float, rule: float) -> None:
+    """The twin swims as the robot, every measured speed is off by the scale's error, the line by that and its own."""
+    trials = {
+        str(i): ForecastTrial(
+            "holdout",
+            1.0,
+            (1 + off * sd) * speed,
+            {"twin": Forecast(speed), "line": Forecast((1 + off * sd) * (1 + rule) * speed)},
+        )
+        for i, speed in enumerate(speeds)
+    }
+    forecasts = SessionForecast(Scatter(), trials, sd)
+    gain = forecasts.gain_of_twin("line")
+    assert is_beaten(forecasts)
+    assert gain.interval is not None
+    assert gain.interval[1] > 0
+    if gain.mean < 0:
+        assert "worse, but not significantly" in compared_with_best(forecasts)
+        assert "the scale of all measured speeds" in compared_with_best(forecasts)
 
 
 def test_the_summary_knows_what_stands(found: front.FitResult) -> None:

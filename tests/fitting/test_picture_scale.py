@@ -11,7 +11,7 @@ from tests.fitting.swims import MARKERS, by_hand, filmed, head_frame_of, straigh
 
 LENGTH_M = 0.142
 TRUE_M_PER_PX = 0.001
-errors = st.lists(st.floats(-0.03, 0.03), min_size=1, max_size=6)
+errors = st.lists(st.floats(-0.025, 0.025), min_size=1, max_size=6)
 
 
 def swim(name: str, error: float, role: str = "fit") -> MeasuredTrial:
@@ -54,7 +54,7 @@ def test_their_order_does_not_matter(of: list[float], seed: int) -> None:
     assert found == others
 
 
-@pytest.mark.parametrize("off", [-0.5, 0.15, 0.7])
+@pytest.mark.parametrize("off", [-0.5, -0.11, 0.11, 0.7])
 @pytest.mark.parametrize("role", ["fit", "holdout"])
 def test_a_swim_filmed_otherwise_keeps_its_own_scale_and_says_so(role: str, off: float) -> None:
     others = swims([0.01, -0.02, 0.0])
@@ -63,6 +63,19 @@ def test_a_swim_filmed_otherwise_keeps_its_own_scale_and_says_so(role: str, off:
     assert kinds(odd) == ["scale_apart"]
     assert [trial.speed for trial in found] == [trial.speed for trial in with_common_scale(others, LENGTH_M)]
     assert not any(trial.flags for trial in found)
+
+
+def test_the_held_out_swims_tell_which_of_two_fitted_ones_is_off() -> None:
+    trials = [*swims([0.0, 0.11]), *swims([0.01, -0.01], "holdout")]
+    found = with_common_scale(trials, LENGTH_M)
+    assert [kinds(trial) for trial in found] == [[], ["scale_apart"], [], []]
+    assert [trial.speed for trial in found] == pytest.approx([0.1, 0.1 * np.exp(0.11), 0.1, 0.1])
+
+
+def test_where_no_fitted_swim_is_like_the_others_these_share_their_own_mean() -> None:
+    found = with_common_scale([*swims([0.4]), *swims([0.02, 0.0], "holdout")], LENGTH_M)
+    assert [kinds(trial) for trial in found] == [["scale_apart"], [], []]
+    assert [trial.speed for trial in found[1:]] == pytest.approx([0.1 * np.exp(0.01)] * 2)
 
 
 def test_of_two_fitted_swims_that_disagree_both_are_flagged() -> None:
