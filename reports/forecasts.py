@@ -59,8 +59,8 @@ _SHIFT = 0.17  # distance of a model from the middle of its row, in rows
 
 # The sweep of the speed
 WIDTH_IN = 6.3
-_HEIGHT_IN = 3.6
-_BELOW_IN = 0.9  # height of the lower panel
+_HEIGHT_IN = 3.85
+_BELOW_IN = 1.2  # height of the lower panel
 _BOTTOM_IN = 0.42
 _LEFT_IN = 0.66
 _RULES: dict[str, Look] = {
