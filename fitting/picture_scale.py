@@ -127,7 +127,7 @@ def box_columns(
     width, length = len(chosen), len(sensitivities[0].boxes)
     at = {number: slice(width * place, width * (place + 1)) for place, number in enumerate(order)}
     columns = np.zeros((len(models), length, width * len(order)))
-    absent: dict[tuple[int, str], np.ndarray] = {}
+    absent: dict[tuple[CommonScale, str], np.ndarray] = {}
     for row, (model, each, number) in enumerate(zip(models, sensitivities, numbers, strict=True)):
         columns[row, :, at[number]] += each.boxes[:, chosen]
         scale = model.trial.scale
@@ -140,11 +140,11 @@ def box_columns(
             if present:
                 columns[row, :, at[present[0]]] += np.outer(slope, sensitivities[first[present[0]]].spans[chosen])
             else:
-                column = absent.setdefault((id(scale), name), np.zeros((len(models), length)))
+                column = absent.setdefault((scale, name), np.zeros((len(models), length)))
                 column[row] += slope * float(np.linalg.norm(each.spans))
     more = [column.reshape(-1, 1) for column in absent.values()]
     return np.hstack([columns.reshape(len(models) * length, -1), *more])
 
 
 def _is(trial: MeasuredTrial, scale: CommonScale, name: str) -> bool:
-    return trial.scale is scale and trial.name == name
+    return trial.scale == scale and trial.name == name

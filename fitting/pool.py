@@ -32,7 +32,7 @@ _LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the
 # The markers on the pool.
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CommonScale:
     """The scale that several swims have in common.
 
