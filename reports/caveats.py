@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.constants import ALARM
 from diagnosis.result import DiagnosisResult, parameters_of
 from fitting.calibration import CalibratedTrial
 from fitting.calibration_file import CalibrationResult
@@ -124,6 +125,11 @@ def _of_verdict(found: DiagnosisResult) -> list[str]:
         caveats.append(
             f"{listed(found.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
             "named; look into the flags of the fit first"
+        )
+    if found.verdict == "unexplained" and found.no_gap_probability > 1 - ALARM:
+        caveats.append(
+            "beat by beat there is no gap, but the head of a fitted swim goes to and fro beside the beat (flag "
+            "path_wobbles): was the camera shaken, or did waves move the robot?"
         )
     if found.borderline is not None:
         caveats.append(

@@ -184,3 +184,9 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
     assert "Nothing was added to the twin; this is its gap." in text
     assert "as strong as the refit" not in text
     assert "12.0 →" not in text
+
+
+@pytest.mark.parametrize(("chance", "said"), [(0.7, True), (0.001, False)])
+def test_no_gap_that_a_wobbling_head_leaves_unexplained_says_so(chance: float, said: bool) -> None:
+    found = made_diagnosed("unexplained", no_gap_probability=chance)
+    assert any("path_wobbles" in caveat for caveat in gap_caveats(found)) == said
