@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from calib.results.result import GapFigures, PosteriorFigures, Result, flag_frame, flag_lines, forecast_frame
+from calib.results.result import GapFigures, PosteriorFigures, Result, flag_frame, forecast_frame
 from diagnosis.result import (
     NONE,
     DiagnosisResult,
@@ -28,7 +28,7 @@ from diagnosis.result import (
 )
 from diagnosis.sentences import plain, visible_changes
 from fitting.coefficient_fit import Marginal
-from reports.caveats import gap_caveats
+from reports.caveats import gap_caveats, posterior_caveats
 from reports.words import (
     SEPARATES,
     by_how_much,
@@ -139,7 +139,7 @@ class PosteriorResult(Result):
         found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
         inside, count, _ = data.inside("holdout")
         held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
-        caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
+        caveats = posterior_caveats(data)
         more = " (more: -v)" if len(caveats) > 1 else ""
         why = {
             "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
@@ -150,14 +150,14 @@ class PosteriorResult(Result):
             f"90 % intervals: {intervals}.",
             f"{found[:-1]}{held}.",
             drawn_sentence(self.forecasts),
-            f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
+            f"Main caveat: {caveats[0]}{more}" if caveats else "No caveat.",
             f"Verdict: {in_words(self.verdict)}{why}. Next: {self.next_step}",
         ]
         return "\n".join(filter(None, lines))
 
     def details(self) -> list[str]:
-        """List the coefficients, a line each, and every flag."""
-        return [*interval_lines(self.coefficients), *flag_lines(("", flag) for flag in self.flags)]
+        """List the coefficients, a line each, and every caveat."""
+        return [*interval_lines(self.coefficients), *(f"! {caveat}" for caveat in posterior_caveats(self.data))]
 
     def _in_brief(self) -> str:
         """Return how many coefficients are determined, the draws and their convergence."""
