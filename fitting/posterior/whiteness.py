@@ -19,8 +19,9 @@ from swimcal.flags import Flag
 # The test of the noise
 _LAGS = 20  # largest number of lags
 _ENOUGH = 40  # least frames in which a marker, or two neighbours, must be seen
-_OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
-_BY_CHANCE = 0.99  # share of trials with white noise that stay below the limit of neighbours
+# A session has up to ten such tests: of white noise at most one in a hundred sessions is to fail any.
+_OUTSIDE = 0.25  # share of the lags that may lie outside their 95 % band
+_BY_CHANCE = 0.999  # share of trials with white noise that stay below the limit of neighbours
 _SAMPLES = 2400  # samples that are freed of correlation at once
 _DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
 _DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
@@ -40,7 +41,7 @@ class Whiteness:
         neighbours_raw: (2, m - 1) correlation between neighbours from nose to fin, of the residuals: of all rates, and
             of those no faster than the third harmonic of the beat, which features read.
         neighbours: (2, m - 1) the same correlation of what the model takes for independent.
-        neighbours_limit: (2,) bound below which the root mean square of these lies in 99 % of trials with white noise.
+        neighbours_limit: (2,) bound below which their root mean square lies in 99.9 % of trials with white noise.
         frames: number of frames.
         effective: number of independent frames that would determine a mean as well.
         white: share of the noise's variance that is white.
@@ -79,7 +80,7 @@ class Whiteness:
 
     @property
     def in_time(self) -> bool:
-        """Return whether at most a fifth of the lags lie outside the limit."""
+        """Return whether at most a quarter of the lags lie outside the limit."""
         return self.outside <= _OUTSIDE
 
     @property
