@@ -51,7 +51,7 @@ gap.plot.where()
 # deviations.
 
 # %%
-gap.plot.forces()
+gap.plot.forces() if "gap-forces" in gap.plot.names else "No force stands out of its uncertainty."
 
 # %% [markdown]
 # ## Which
