@@ -206,7 +206,7 @@ def test_noise_that_lasts_longer_than_it_is_taken_to_is_flagged() -> None:
     assert not found.in_time
     assert flag.kind == "noise_not_white"
     assert (
-        f"{100 * found.outside:.0f} % of the lags lie outside the band of white noise, at most 20 % may" in flag.message
+        f"{100 * found.outside:.0f} % of the lags lie outside the band of white noise, at most 25 % may" in flag.message
     )
 
 
