@@ -99,8 +99,8 @@ def measure_speed(session: Path | None = None) -> SpeedOutcome:
         with working(session, quiet=True) as pipeline:
             sets["of the session"] = pipeline.the_fit().result().coefficients
     wet = _export(FITTED, water=True)
-    everything, cores = _measure_real_time_batch(wet)
-    one, bare = _measure_real_time(wet), _measure_real_time(_export(FITTED, water=False))
+    everything, cores = measure_real_time_batch(wet)
+    one, bare = measure_real_time(wet), measure_real_time(_export(FITTED, water=False))
     return SpeedOutcome(
         timestep_s=float(wet.opt.timestep),
         real_time_one_core=one,
@@ -140,7 +140,7 @@ def _export(coefficients: FluidCoefficients, water: bool) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(spec.to_xml())
 
 
-def _measure_real_time(model: mujoco.MjModel) -> float:
+def measure_real_time(model: mujoco.MjModel) -> float:
     """Measure the simulated seconds a second, the best of some runs of 10 s."""
     data, steps, best = mujoco.MjData(model), round(10.0 / model.opt.timestep), np.inf
     for _ in range(_REPEATS):
@@ -152,7 +152,13 @@ def _measure_real_time(model: mujoco.MjModel) -> float:
     return float(steps * model.opt.timestep / best)
 
 
-def _measure_real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[float, int]:
+def measure_real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[float, int]:
+    """Measure the simulated seconds a second of a batch on all cores, the best of three runs of 5 s; and these cores.
+
+    Args:
+        model: the model.
+        simulations: number of simulations in the batch.
+    """
     batch = Batch(model, simulations)
     steps, best = round(5.0 / model.opt.timestep), np.inf
     crank = model.joint("crank")

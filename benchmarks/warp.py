@@ -9,7 +9,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
+
+from benchmarks.speed import measure_real_time, measure_real_time_batch
 
 _FAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 # Name, integrator and time step. In the 32 bits of Warp the derivative of the Kutta lift, which `implicit` takes whole,
@@ -19,6 +20,7 @@ SWIMMERS = (1_024, 8_192, 65_536, 262_144)
 SECONDS = 4.0  # duration of the swims that are compared
 _RANGE_HZ = (0.5, 1.5)
 _BLOWN_UP = 1e3  # rad/s or m/s, which no swimmer reaches; in Warp nothing resets one that does
+_BATCH = 256  # simulations of a batch on all cores
 _A_LAUNCH = 50  # steps of one launch of a CUDA graph
 _TIMED_S = 1.0  # simulated at each timing
 _ROUNDS = 3
@@ -26,7 +28,7 @@ _ROUNDS = 3
 
 @dataclass(frozen=True)
 class SwimInWarp:
-    """What an integrator and time step give in Warp, beside MuJoCo with those of the file.
+    """Swims in Warp with one integrator and time step, beside MuJoCo with those of the file.
 
     Attributes:
         integrator: its name.
@@ -87,7 +89,8 @@ def measure_warp(path: Path, swimmers: tuple[int, ...] = SWIMMERS, compared: int
     import warp
 
     model = mujoco.MjModel.from_xml_path(str(path))
-    one, everything, cores = _time_engine(model)
+    one = measure_real_time(model)
+    everything, cores = measure_real_time_batch(model, _BATCH)
     rates_hz = np.linspace(*_RANGE_HZ, compared)
     expected_m = swim_in_engine(model, rates_hz)
     swims = []
@@ -146,28 +149,6 @@ def _way_m(model: mujoco.MjModel, positions: np.ndarray) -> np.ndarray:
     begin = model.key_qpos[0]
     way: np.ndarray = np.hypot(positions[..., surge] - begin[surge], positions[..., sway] - begin[sway])
     return way
-
-
-def _time_engine(model: mujoco.MjModel, simulations: int = 256) -> tuple[float, float, int]:
-    """Time MuJoCo on one core and in a batch on all: simulated seconds a second, the best of some rounds."""
-    steps = round(_TIMED_S / model.opt.timestep)
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    data.ctrl[0] = 2 * np.pi
-    batch = Batch(model, simulations)
-    one, everything = np.inf, np.inf
-    for _ in range(_ROUNDS):
-        began = time.perf_counter()
-        mujoco.mj_step(model, data, steps)
-        one = min(one, time.perf_counter() - began)
-        batch.reset()
-        batch.bind("qpos")[:], batch.bind("qvel")[:] = model.key_qpos[0], model.key_qvel[0]
-        batch.bind("ctrl")[:] = 2 * np.pi
-        began = time.perf_counter()
-        batch.step(nstep=steps)
-        everything = min(everything, time.perf_counter() - began)
-    simulated_s = steps * float(model.opt.timestep)
-    return simulated_s / one, simulations * simulated_s / everything, int(batch.nthread)
 
 
 def _time_warp(model: mujoco.MjModel, count: int) -> float:

@@ -121,30 +121,26 @@ def box_columns(
         only_head: whether the columns are those of nose and neck alone.
     """
     numbers = list(range(len(models))) if whose is None else list(whose)
-    order = list(dict.fromkeys(numbers))
-    first = {number: numbers.index(number) for number in order}
     chosen = models[0].places_of_head if only_head else np.arange(sensitivities[0].boxes.shape[1])
     width, length = len(chosen), len(sensitivities[0].boxes)
-    at = {number: slice(width * place, width * (place + 1)) for place, number in enumerate(order)}
-    columns = np.zeros((len(models), length, width * len(order)))
+    at = {number: slice(width * place, width * (place + 1)) for place, number in enumerate(dict.fromkeys(numbers))}
+    spans = {number: each.spans[chosen] for number, each in zip(numbers, sensitivities, strict=True)}
+    present = {(model.trial.scale, model.trial.name): number for model, number in zip(models, numbers, strict=True)}
+    columns = np.zeros((len(models), length, width * len(at)))
     absent: dict[tuple[CommonScale, str], np.ndarray] = {}
     for row, (model, each, number) in enumerate(zip(models, sensitivities, numbers, strict=True)):
         columns[row, :, at[number]] += each.boxes[:, chosen]
         scale = model.trial.scale
         if scale is None:
-            columns[row, :, at[number]] += np.outer(each.scale, each.spans[chosen])
+            columns[row, :, at[number]] += np.outer(each.scale, spans[number])
             continue
+        slope = each.scale[:, 0] / len(scale.names)
         for name in scale.names:
-            slope = each.scale[:, 0] / len(scale.names)
-            present = [n for n in order if _is(models[first[n]].trial, scale, name)]
-            if present:
-                columns[row, :, at[present[0]]] += np.outer(slope, sensitivities[first[present[0]]].spans[chosen])
+            if (scale, name) in present:
+                other = present[scale, name]
+                columns[row, :, at[other]] += np.outer(slope, spans[other])
             else:
                 column = absent.setdefault((scale, name), np.zeros((len(models), length)))
                 column[row] += slope * float(np.linalg.norm(each.spans))
     more = [column.reshape(-1, 1) for column in absent.values()]
     return np.hstack([columns.reshape(len(models) * length, -1), *more])
-
-
-def _is(trial: MeasuredTrial, scale: CommonScale, name: str) -> bool:
-    return trial.scale == scale and trial.name == name

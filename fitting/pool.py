@@ -38,7 +38,7 @@ class CommonScale:
 
     Attributes:
         metres_per_px: the scale, m/px.
-        names: the fitted swims that it is the mean of.
+        names: the swims that it is the mean of.
     """
 
     metres_per_px: float
