@@ -216,6 +216,8 @@ def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
 
 def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     """Return the likeliest size of each component (s,), relative to its columns."""
+    count = len(target)
+    target, parts = _in_their_span(target, parts)
     grams = [part @ part.T for part in parts]
 
     def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
@@ -226,11 +228,23 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
         slope = [2 * np.exp(2 * s) * np.vdot(against, gram) for s, gram in zip(ln_sizes, grams, strict=True)]
         return float(target @ solved + 2 * np.log(np.diag(root)).sum()), np.array(slope)
 
-    scale = np.array([np.sqrt(np.trace(gram) / len(target)) for gram in grams])
-    starts = np.log(np.maximum(target @ target / len(target) - 1, 0.05) ** 0.5 / scale / 2)
+    scale = np.array([np.sqrt(np.trace(gram) / count) for gram in grams])
+    starts = np.log(np.maximum(target @ target / count - 1, 0.05) ** 0.5 / scale / 2)
     low = starts - 8.0
     found = minimize(deviance, starts, jac=True, method="L-BFGS-B", bounds=list(zip(low, starts + 5.0, strict=True)))
     return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
+
+
+def _in_their_span(target: np.ndarray, parts: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return a target (k,) and columns (k, q) in a basis of what they span, where that is smaller than k.
+
+    Likelihoods keep their differences: across the span nothing is left but the floor's ones.
+    """
+    stacked = np.column_stack([*parts, target])
+    if stacked.shape[1] >= len(target):
+        return target, parts
+    *within, last = np.split(np.linalg.qr(stacked, mode="r"), np.cumsum([part.shape[1] for part in parts]), axis=1)
+    return last[:, 0], within
 
 
 class _Fit(NamedTuple):

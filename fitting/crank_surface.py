@@ -34,6 +34,7 @@ from swimcal.runs import workers_of
 ARM_SPAN = 0.25  # grid on either side of the robot's own arm, relative
 SPEED_SPAN = 0.15  # grid on either side of the command, relative
 FAR_FROM_BEAT = 0.3  # relative difference from which a command does not count
+_MOST_FRAMES = 150  # frames of a trial that the grid reads, at most; its valleys are followed with all of them
 _VALLEYS = 3  # valleys that are followed to their floors
 _EVALUATIONS = 250  # evaluations in each, at most
 
@@ -186,7 +187,7 @@ def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float,
 
 @dataclass(frozen=True, eq=False)
 class _ScoredTrial:
-    """The part of a trial that the distance needs: k frames of the t markers behind the head, in single precision."""
+    """The part of a trial that a grid needs: k of its frames, t markers behind the head, in single precision."""
 
     trial: DryTrial
     even_s: np.ndarray  # (k,)
@@ -196,7 +197,8 @@ class _ScoredTrial:
 
     @classmethod
     def of(cls, trial: DryTrial, response: DryResponse) -> "_ScoredTrial":
-        tail, scored = list(trial.tail), trial.scored
+        tail, scored = list(trial.tail), np.flatnonzero(trial.scored)
+        scored = scored[:: -(-len(scored) // _MOST_FRAMES)]
         weight = trial.head_weight[scored]
         weight = weight / weight.sum()
         measured = np.where(weight > 0, trial.head_m[scored], 0.0)  # (k, m)

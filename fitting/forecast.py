@@ -265,9 +265,10 @@ def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
         window: the window.
         scatter: scatter of windows.
     """
-    (sensitivities,) = sensitivities_together([window], mode.coefficients)
-    (time_step,) = time_step_errors([window], mode.coefficients)
-    simulated = window.simulated(mode.coefficients[None])[0]
+    motion = window.trajectories(mode.coefficients[None])
+    (sensitivities,) = sensitivities_together([window], mode.coefficients, [motion])
+    (time_step,) = time_step_errors([window], mode.coefficients, [motion])
+    simulated = window.features_of(motion)[0]
     noise = _noise(mode, window, scatter, simulated)
     return Block(window, sensitivities, noise, time_step, len(mode.blocks), simulated)
 

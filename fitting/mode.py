@@ -20,8 +20,10 @@ from fitting.trial_model import (
     difference,
     sensitivities_together,
     simulated_together,
+    trajectories_together,
 )
 from swimcal.mjcf import COEFFICIENT_BOUNDS
+from swimcal.runs import Trajectories
 
 # The mode
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
@@ -145,22 +147,29 @@ def mode_at(
 
 def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
     """Return the blocks of the fitted trials, with their sensitivities at coefficients (5,)."""
-    sensitivities = sensitivities_together(model.trials, coefficients)
-    trials = zip(model.trials, sensitivities, time_step_errors(model.trials, coefficients), strict=True)
+    motions = trajectories_together(model.trials, coefficients[None])
+    sensitivities = sensitivities_together(model.trials, coefficients, motions)
+    trials = zip(model.trials, sensitivities, time_step_errors(model.trials, coefficients, motions), strict=True)
     return tuple(
         Block(each, own, each.noise_covariance, time_step, number, each.measured)
         for number, (each, own, time_step) in enumerate(trials)
     )
 
 
-def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
-    """Return the Jacobian (K, 5) of the simulated features by central differences within the bounds.
+def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
+    """Return the Jacobian (K, 5) of the simulated features by finite differences within the bounds.
 
     Args:
         trials: the trials.
         coefficients: (5,) where.
+        middle: (K,) the features there, for differences to one side, which take half the simulations; default: central.
     """
-    steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
+    steps, high = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01)), COEFFICIENT_BOUNDS[1]
+    if middle is not None:
+        steps = np.where(coefficients + steps > high, -steps, steps)
+        aside = np.hstack(simulated_together(trials, coefficients + np.diag(steps)))
+        if np.isfinite(aside).all():
+            return np.asarray(((aside - middle) / steps[:, None]).T)
     up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))
     rows = np.hstack(simulated_together(trials, np.vstack([up, down])))
     middle = rows[0]
@@ -169,19 +178,24 @@ def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.nd
     return np.asarray((difference(rows[:5], rows[5:], middle) / np.diag(up - down)[:, None]).T)
 
 
-def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
+def time_step_errors(
+    trials: Sequence[TrialModel], coefficients: np.ndarray, motions: Sequence[Trajectories]
+) -> list[np.ndarray]:
     """Return, for each trial, what simulated features (k,) lack against a vanishing time step, at coefficients (5,).
 
     It is twice the change from whole to half steps, as the integrator is of first order (Richardson 1911). The
     coefficients belong to the twin as it is stepped, so that a calibrated model swims as it was fitted; the error
     widens intervals.
+
+    Args:
+        trials: the trials.
+        coefficients: (5,).
+        motions: what swims there with whole steps, in each trial.
     """
     twin = trials[0].twin
     finer = twin.at_step(twin.scene.timestep_s / 2)
-    whole, half = (
-        simulated_together(each, coefficients[None])
-        for each in (trials, [replace(trial, twin=finer) for trial in trials])
-    )
+    whole = [trial.features_of(motion) for trial, motion in zip(trials, motions, strict=True)]
+    half = simulated_together([replace(trial, twin=finer) for trial in trials], coefficients[None])
     return [2 * np.nan_to_num(after[0] - before[0]) for before, after in zip(whole, half, strict=True)]
 
 

@@ -28,6 +28,7 @@ _WORTH = 10.0  # fall of -2 ln likelihood that supports a sway: chance makes it 
 _LEAST_M = 1e-6  # least standard deviation of a marker
 _JITTER = 1e-9  # added to a diagonal so that roots exist
 _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
+_MOST_FRAMES = 1200  # frames that the noise is estimated from, at most: 20 s at 60 frames a second
 _LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
 
 
@@ -231,20 +232,24 @@ class FeatureNoise:
 def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
     """Estimate the noise of tracks.
 
+    Of more than `_MOST_FRAMES` frames it reads every second, third and so on: work grows with the cube of their number.
+
     Args:
         reader: reader of n frames.
         position_m: (n, m, 2) positions in these, m.
     """
-    columns, time_s = beside(reader), reader.time_s
-    groups = _by_mask(reader.usable, position_m, columns)
+    some = slice(None, None, -(-len(position_m) // _MOST_FRAMES))
+    columns, time_s, usable = (each[some] for each in (beside(reader), reader.time_s, reader.usable))
+    position_m = position_m[some]
+    groups = _by_mask(usable, position_m, columns)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        parts, sd_m = _in_time(groups, columns, time_s, reader.usable.shape[1])
+        parts, sd_m = _in_time(groups, columns, time_s, usable.shape[1])
         sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))  # hardly seen: as the worst
         sd_m[~reader.read] = np.nan
         in_time, correlation = [part.over(time_s) for part in parts], _correlation(parts, time_s)
-        across = across_markers(position_m / sd_m[:, None], reader.usable, columns, in_time, correlation)
+        across = across_markers(position_m / sd_m[:, None], usable, columns, in_time, correlation)
     together = [replace(part, across=each) for part, each in zip(parts, across, strict=True)]
-    return FeatureNoise.of_parts(sd_m, together, time_s)
+    return FeatureNoise.of_parts(sd_m, together, reader.time_s)
 
 
 def beside(reader: FeatureReader) -> np.ndarray:

@@ -27,6 +27,7 @@ _NO_FLUID = 5  # number of fluid coefficients, on which nothing in air depends
 # All in logarithms of the numbers.
 _DIFFERENCE = 0.01  # finite difference
 _LONGEST = 0.7  # longest step
+_FAR = 0.05  # length of a step after which slopes are simulated anew
 _SETTLED = 2e-3  # length of the last step
 _ROUNDS = 6  # largest number of steps
 _SLOPES = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
@@ -118,25 +119,36 @@ class Ring:
 
         Motions may be of any width. If a motion resembles that of no hinges, they are those at the last step.
         """
-        found, seen = np.zeros((len(lateral_m), NUMBERS)), self._read_samples(lateral_m)
-        going = np.arange(len(found))  # rows whose last step was no short one
-        moved = np.tile(self._about_fitted, (len(found), 1))
+        count, seen = len(lateral_m), self._read_samples(lateral_m)
+        found, going = np.zeros((count, NUMBERS)), np.arange(count)  # rows whose last step was no short one
+        plain, slopes = (np.tile(each, (count, 1, 1)) for each in self._about_fitted)
         for _ in range(_ROUNDS):
-            plain, *others = np.moveaxis(moved.reshape(len(going), 1 + NUMBERS, -1), 1, 0)
-            columns = np.stack([*((each - plain) / _DIFFERENCE for each in others), plain], axis=-1)  # (s, i, 3)
-            turned = np.swapaxes(columns, 1, 2)
-            step = (np.linalg.pinv(turned @ columns) @ turned @ (seen[going] - plain)[..., None])[:, :NUMBERS, 0]
-            found[going] = np.clip(found[going] + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
-            going = going[(np.abs(step) > _SETTLED).any(axis=1)]
+            columns = np.concatenate([slopes[going], plain[going]], axis=1)  # (s, 3, i)
+            squares = np.linalg.pinv(columns @ np.swapaxes(columns, 1, 2))
+            off = columns @ (seen[going] - plain[going, 0])[..., None]
+            step = np.clip((squares @ off)[:, :NUMBERS, 0], -_LONGEST, _LONGEST)
+            found[going] = np.clip(found[going] + step, -_MOST, _MOST)
+            length = np.abs(step).max(axis=1)
+            far, near = going[length > _FAR], going[(length <= _FAR) & (length > _SETTLED)]
+            going = np.union1d(far, near)
             if not len(going):
                 break
-            moved = self._read_samples(self._simulate_plain((found[going, None] + _SLOPES).reshape(-1, NUMBERS)))
+            if len(far):
+                plain[far], slopes[far] = self._linear(found[far])
+            if len(near):
+                plain[near, 0] = self._read_samples(self._simulate_plain(found[near]))
         return np.where(np.isfinite(lateral_m).all(axis=(1, 2))[:, None], found, np.nan)
 
     @cached_property
-    def _about_fitted(self) -> np.ndarray:
-        """Samples (3, i) of the plain twin with the fitted hinges, and with either number a little larger."""
-        return self._read_samples(self._simulate_plain(_SLOPES))
+    def _about_fitted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Samples (1, 1, i) and slopes (1, 2, i) of the plain twin with the fitted hinges."""
+        return self._linear(np.zeros((1, NUMBERS)))
+
+    def _linear(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return samples (s, 1, i) of plain twins with other hinges, numbers (s, 2) off, and their slopes (s, 2, i)."""
+        moved = self._simulate_plain((numbers[:, None] + _SLOPES).reshape(-1, NUMBERS))
+        samples = self._read_samples(moved).reshape(len(numbers), 1 + NUMBERS, -1)
+        return samples[:, :1], (samples[:, 1:] - samples[:, :1]) / _DIFFERENCE
 
     def _simulate_plain(self, numbers: np.ndarray) -> np.ndarray:
         """Simulate the motion across the body (s, n, k), m, of plain twins with other hinges.

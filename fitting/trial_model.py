@@ -168,23 +168,22 @@ class TrialModel:
         """
         return simulated_together((self,), coefficients)[0]
 
-    def of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
-        """Return the sensitivities of the features to each nuisance at coefficients (5,).
+    def of_sure_robot(self, coefficients: np.ndarray, motion: Trajectories) -> "Sensitivities":
+        """Return the sensitivities of the features to each nuisance at coefficients (5,), where the twin moves so.
 
         The robot has no uncertain numbers here.
         """
-        trajectories = self.trajectories(coefficients[None])
-        marker_m = self._keep(self._marker_m(trajectories)[0])  # (n, m, 2)
+        marker_m = self._keep(self._marker_m(motion)[0])  # (n, m, 2)
         features = self.in_step(self.reader(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
-        body = self._keep(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
+        body = self._keep(kinematics.axes(motion.head[0], motion.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
         start, place = self._of_start(coefficients, features), _of_place(len(features))
         own = np.column_stack([*start, PHASE_SD_RAD * slope_of_phase(features), *place])
         boxes = np.column_stack(self._of_shifts(marker_m, pool, features, scaled=False))
         markers = np.column_stack(self._of_shifts(marker_m, body, features, scaled=True))
         larger = (self.in_step(self.reader((1 + _GROWTH) * marker_m)) - features) / _GROWTH
-        robot, rolls = np.zeros((len(features), 0)), self.slopes_of_roll(trajectories)
+        robot, rolls = np.zeros((len(features), 0)), self.slopes_of_roll(motion)
         return Sensitivities(own, boxes, markers, robot, rolls, larger[:, None], self._spans(marker_m, pool))
 
     def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
@@ -358,14 +357,18 @@ def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray
     return simulate_together([model.twin for model in models], runs, times)
 
 
-def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
+def sensitivities_together(
+    models: Sequence[TrialModel], coefficients: np.ndarray, motions: Sequence[Trajectories] | None = None
+) -> list[Sensitivities]:
     """Return the sensitivities of several trials to each nuisance.
 
     Args:
         models: the trials, whose robots have the same uncertain numbers.
         coefficients: (5,) where.
+        motions: what swims there, in each trial; default: it is simulated.
     """
     at = coefficients[None]
+    motions = trajectories_together(models, at) if motions is None else motions
     columns: list[list[tuple[float, np.ndarray, np.ndarray]]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):
         more, less = (
@@ -374,8 +377,8 @@ def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarra
         )
         for own, doubt, up, down in zip(columns, doubts, more, less, strict=True):
             own.append((doubt.per_sd, up[0], down[0]))
-    found = [model.of_sure_robot(coefficients) for model in models]
-    middles = simulated_together(models, at)
+    found = [model.of_sure_robot(coefficients, motion) for model, motion in zip(models, motions, strict=True)]
+    middles = [model.features_of(motion) for model, motion in zip(models, motions, strict=True)]
     return [
         each._replace(
             robot=np.column_stack([each.robot, *(sd * difference(up, down, middle[0]) for sd, up, down in own)])

@@ -55,6 +55,10 @@ class Emulator:
         """Return the features (s, k) at coefficients (s, 5)."""
         return terms(coefficients, self.powers) @ self.weights
 
+    def leverage(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the leverage (s,) of coefficients (s, 5): small among the points it was made from, above 1 beyond."""
+        return np.asarray(((terms(coefficients, self.powers) @ self.scatter) ** 2).sum(axis=1))
+
 
 def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
     """Fit polynomials of the highest degree for which the points suffice.

@@ -42,6 +42,8 @@ _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
+_SURE = 0.4  # the same, below which the first round may be the last
+_AMONG = 0.5  # leverage of draws that lie well among the points: exceeded by 1 of 20 at most
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
 
@@ -192,8 +194,8 @@ class Surrogate(NamedTuple):
         walkers: (w, 7) draws to start from.
         simulations: simulations of each trial.
         error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
-        settled: whether intervals were stable in the last round, and the emulator missed fresh draws by no more than
-            the error that the likelihood counts.
+        settled: whether intervals were stable in the last round, or the emulator as good as exact and no draw at the
+            edge of what was simulated; and it missed fresh draws by no more than the error that the likelihood counts.
     """
 
     likelihood: Likelihood
@@ -234,7 +236,8 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         error, held = _measure_error(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
         forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
-        settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
+        sure = error < _SURE and float(np.quantile(likelihood.emulator.leverage(drawn[:, :5]), 0.95)) < _AMONG
+        settled = held and (sure or bool((np.abs(places - before) < _STABLE_SD * spread).all()))
         before = places
         if settled and error < _GOOD_ENOUGH:
             break

@@ -42,6 +42,17 @@ def test_noise_is_found_beside_the_swim(lasts_s: float, gaps: bool) -> None:
     assert lasts_s / 1.4 < lasting < 1.4 * lasts_s
 
 
+def test_every_third_frame_tells_the_same_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when a film has more frames than the noise is estimated from."""
+    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
+    monkeypatch.setattr("fitting.noise._MOST_FRAMES", len(TIME_S) // 3)
+    found = [noise_of(reader(usable), _noisy(0.2, s)) for s in range(3)]
+    assert found[0].correlation.shape == (len(TIME_S),) * 2
+    assert np.mean([noise.sd_m for noise in found]) == pytest.approx(1e-3 * np.hypot(0.5, 0.2), rel=0.1)
+    assert 0.2 / 1.5 < np.exp(np.mean([np.log(noise.lasts_s) for noise in found])) < 1.5 * 0.2
+    assert np.mean([noise.white for noise in found]) == pytest.approx(0.2**2 / (0.2**2 + 0.5**2), abs=0.1)
+
+
 def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
     """Of a fish that hardly swims: where it heads matters little for where it goes."""
     read, sd_m, part = (
