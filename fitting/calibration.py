@@ -21,6 +21,7 @@ from fitting.baselines import (
 )
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, Sway, fit_every_form, model_speeds, sways
+from fitting.forecast import diverges
 from fitting.left_out import (
     divergence_reason,
     extrapolation_reason,
@@ -28,6 +29,7 @@ from fitting.left_out import (
     followed_trials,
     left_out_flags,
 )
+from fitting.mode import Mode
 from fitting.phase import Scores, fit_phase, forecast, score
 from fitting.progress import Progress, part_of
 from fitting.published import PublishedFit, Swims, published_search
@@ -207,6 +209,7 @@ def calibrate(
         fitted, twin, uncertainties_of(structure.sources), starts, seed, part_of(progress, 0.0, 0.8)
     )
     progress("simulating the trials", 0.8)
+    lost |= _diverging(mode, trials)
     able = [trial for trial in trials if trial.name not in lost]
     found = calibrate_at(able, twin, fit, {}, structure, left_out={**(left_out or {}), **lost})
     compared = [trial.measured for trial in found.trials]
@@ -214,6 +217,14 @@ def calibrate(
     forecasts = forecast_session(mode, compared, seed)
     forecasts = forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})
     return replace(found, forecasts=forecasts, sways=sways(mode, compared))
+
+
+def _diverging(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, str]:
+    """Return by name why held-out trials, of frequencies near enough to the fitted ones, cannot be forecast."""
+    fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
+    at = {trial.name: (trial, trial.start_frequency.hz) for trial in trials if trial.role != "fit"}
+    near = {name: pair for name, pair in at.items() if not extrapolation_reason(pair[1], fitted_hz)}
+    return {name: divergence_reason(hz) for name, (trial, hz) in near.items() if diverges(mode, trial)}
 
 
 def calibrate_as_published(

@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import savgol_filter
 
 from fitting.features import FeatureReader, harmonics_of, marker_part
+from fitting.forecast import set_off
 from fitting.mode import Mode
 from fitting.pool import bridged, design, forward_speed, weighted_fit, whole_beats
 from fitting.trial import MeasuredTrial
@@ -174,7 +175,8 @@ def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
     first, found = mode.model.trials[0], {}
     for trial in trials:
         neck, hindmost = trial.markers.index("neck"), trial.hindmost
-        model = type(first)(first.twin, trial, first.phase_rad, with_course=True, roll=mode.roll)
+        model = replace(first, trial=trial)
+        model = model if trial.role == "fit" else set_off(mode, model)
         swum = model.trajectories(mode.coefficients[None])
         rows = [model.measured, *(each.features_of(swum)[0] for each in (model.rolling(NO_ROLL), model))]
         harmonics = [marker_part(row)[:, 1, 1] + 1j * marker_part(row)[:, 1, 2] for row in rows]  # (m,) each

@@ -206,20 +206,41 @@ class NewWindow(NamedTuple):
     def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
         """Simulate the window at the mode.
 
-        Near a second steady state the crank's first angle decides whether a twin swims forward: see `_set_off`.
+        Near a second steady state the crank's first angle decides whether a twin swims forward: see `set_off`.
         """
-        window = _set_off(mode, window)
+        window = set_off(mode, window)
         return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
 
 
-def _set_off(mode: Mode, window: TrialModel) -> TrialModel:
-    """Return the window with a twin that goes the trial's way at the mode; as it is, where neither angle does that."""
+def diverges(mode: Mode, trial: MeasuredTrial) -> bool:
+    """Tell whether the twin at the mode diverges in a trial that was not fitted, whatever the crank's first angle.
+
+    Args:
+        mode: the fit.
+        trial: the trial.
+
+    Raises:
+        NotEnoughData: nose and neck are hardly seen in the kept frames.
+    """
+    window = set_off(mode, Windows.of(mode, trial).late)
+    return not np.isfinite(window.simulated(mode.coefficients[None])).all()
+
+
+def set_off(mode: Mode, window: TrialModel) -> TrialModel:
+    """Return the window with a twin that goes the trial's way at the mode, else with one that does not diverge.
+
+    Args:
+        mode: the fit.
+        window: a window of a trial that was not fitted.
+    """
     either = (window, replace(window, phase_rad=window.phase_rad + np.pi / 2))
-    backward = bool(window.trial.start_velocity[0] > 0)
+    backward, found = bool(window.trial.start_velocity[0] > 0), []
     for each in either:
-        if bool(each.simulated(mode.coefficients[None])[0, SPEED] < 0) == backward:
+        speed = float(each.simulated(mode.coefficients[None])[0, SPEED])
+        if np.isfinite(speed) and (speed < 0) == backward:
             return each
-    return window
+        found += [each] if np.isfinite(speed) else []
+    return [*found, window][0]
 
 
 def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:

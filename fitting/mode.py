@@ -156,20 +156,14 @@ def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...
     )
 
 
-def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
-    """Return the Jacobian (K, 5) of the simulated features by finite differences within the bounds.
+def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
+    """Return the Jacobian (K, 5) of the simulated features by central differences within the bounds.
 
     Args:
         trials: the trials.
         coefficients: (5,) where.
-        middle: (K,) the features there, for differences to one side, which take half the simulations; default: central.
     """
-    steps, high = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01)), COEFFICIENT_BOUNDS[1]
-    if middle is not None:
-        steps = np.where(coefficients + steps > high, -steps, steps)
-        aside = np.hstack(simulated_together(trials, coefficients + np.diag(steps)))
-        if np.isfinite(aside).all():
-            return np.asarray(((aside - middle) / steps[:, None]).T)
+    steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
     up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))
     rows = np.hstack(simulated_together(trials, np.vstack([up, down])))
     middle = rows[0]

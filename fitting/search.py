@@ -223,10 +223,8 @@ class _Descent:
         """
         self._residual = self._residual_with(None)
         if not len(self._jacobian) or (sloped and not self._sloped):
-            # A descent that may be dropped is content with differences to one side.
-            middle = self.model.measured - self._residual if self._round <= _RACES[0][0] else None
-            self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at, middle), True
-            self.simulated += 10 if middle is None else 5
+            self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at), True
+            self.simulated += 10
         if not (np.isfinite(self._residual).all() and np.isfinite(self._jacobian).all()):
             raise _Diverged
         self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)

@@ -38,6 +38,9 @@ LEAST_OF_PART = 0.2
 # The least swing holds for this many beats: the swing that noise makes falls with the root of the time.
 _OF_BEATS = 5.0
 _LEAST_SWING = 0.02  # relative to the robot's length: published swims have 0.09 and more, lasting noise up to 0.02
+_CLEAR, _CLEAR_BEATS = 0.97, 3.0  # explained share and beats of a motion that is no noise, which explains 0.3
+_LEAST_CLEAR = 0.004  # least swing of such a motion, relative to the robot's length
+_FEW_BEATS, _LEAST_OF_FEW = 4.0, 0.9  # of fewer beats even lasting noise looks like one, and explains up to 0.87
 _LEAST_BEATS = 2.0  # least number of beats in a row
 _BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
 _UNSEEN_END_S = 0.5  # least time at the end without a head that is flagged
@@ -74,29 +77,33 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     return (Flag("scale_off_robot", message=message),)
 
 
-def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLAINED) -> None:
+def check_beat(beat: SwimFrequency, robot: RobotSpec, least_explained: float = LEAST_EXPLAINED) -> None:
     """Check that a tail beats, and that its beat explains most of its motion, or at least some share of it.
 
     Args:
         beat: the beat.
         robot: the robot.
-        least: least share of the motion that the beat explains.
+        least_explained: least share of the motion that the beat explains.
 
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
-    least_m = _LEAST_SWING * robot.length_m * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    clear = beat.explained >= _CLEAR and beat.beats >= _CLEAR_BEATS
+    least = _LEAST_CLEAR if clear else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    least_m = least * robot.length_m
     if beat.swing_m < least_m:
         raise NotEnoughData(
             f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail swings by "
             f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * least_m:.1f} mm are expected. "
             "Did the robot swim?"
         )
-    if beat.explained < least:
+    if beat.beats < _FEW_BEATS and least_explained > LEAST_OF_PART:
+        least_explained = _LEAST_OF_FEW if beat.beats >= _LEAST_BEATS else _CLEAR
+    if beat.explained < least_explained:
         raise NotEnoughData(
             f"no lasting beat: the likeliest, {beat.hz:.3g} Hz, explains {100 * beat.explained:.0f} % of what the tail "
-            f"does, at least {100 * least:.0f} % are expected. Did the robot swim? See the flags of its tail "
-            "markers, cut the recording to the swim, or leave the trial out"
+            f"does in {beat.beats:.1f} beats, at least {100 * least_explained:.0f} % are expected. Did the robot swim? "
+            "See the flags of its tail markers, cut the recording to the swim, or leave the trial out"
         )
 
 

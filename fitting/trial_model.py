@@ -13,7 +13,7 @@ their simulations.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -149,7 +149,7 @@ class TrialModel:
     @cached_property
     def noise(self) -> FeatureNoise:
         """Noise of the tracks."""
-        return noise_of(self.reader, self._keep(self.trial.position_m))
+        return _noise_of(self.trial, self.with_course)
 
     @cached_property
     def noise_covariance(self) -> np.ndarray:
@@ -307,6 +307,12 @@ class TrialModel:
         """Return the kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
         axis = 1 if series.ndim == 4 and series.shape[-2:] != (2, 2) else 0
         return np.compress(self.trial.kept[: series.shape[axis]], series, axis=axis)
+
+
+@lru_cache(maxsize=32)
+def _noise_of(trial: MeasuredTrial, with_course: bool) -> FeatureNoise:
+    """Estimate the noise of a trial's tracks, once for fit, posterior and diagnosis."""
+    return noise_of(FeatureReader.of(trial, with_course), trial.position_m[trial.kept])
 
 
 class Sensitivities(NamedTuple):

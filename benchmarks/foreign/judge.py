@@ -170,8 +170,9 @@ def _find_flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
 def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, float]:
     """Return the lowest and highest true speed of the compared frames, m/s, and how long these are, s.
 
-    Slopes over whole beats of the way along the head, and of that along the head's mean direction over a beat, over all
-    compared frames and without the first or the last whole beat.
+    Slopes, beside three harmonics of the beat, of the way along the head, of that along the head's mean direction over
+    a beat, and of that along its mean direction over all, as the program's contract has it: over all compared frames,
+    and without the first or the last whole beat.
     """
     nose, neck = (swim.pool_px[:, marker] / session.px_per_m for marker in session.head)
     time_s, step = swim.pool_s - swim.pool_s[0], float(np.median(np.diff(swim.pool_s)))
@@ -183,7 +184,8 @@ def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, flo
     if swim.role != "fit":
         start = max(start, min(2.0 / swim.hz + (0.0 if swim.steady_s is None else swim.steady_s[0]), (start + end) / 2))
     found = []
-    for angle in (heading, smooth):
+    steady = np.full_like(heading, heading[(time_s >= start) & (time_s <= end)].mean())
+    for angle in (heading, smooth, steady):
         middle = (angle[1:] + angle[:-1]) / 2
         ahead = np.append(
             0.0, np.cumsum((np.diff(nose, axis=0) * np.stack([np.cos(middle), np.sin(middle)], 1)).sum(1))
@@ -192,7 +194,9 @@ def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, flo
             beats = np.floor((last - first) * swim.hz + 1e-6)
             window = (time_s >= first - 1e-9) & (time_s < (first + beats / swim.hz if beats >= 1 else end))
             if window.sum() > 2:
-                found.append(float(np.polyfit(time_s[window], ahead[window], 1)[0]))
+                turn = 2 * np.pi * swim.hz * time_s[window, None] * (np.arange(1, 4) if beats >= 1 else np.zeros(0))
+                columns = np.column_stack([time_s[window], np.ones(window.sum()), np.cos(turn), np.sin(turn)])
+                found.append(float(np.linalg.lstsq(columns, ahead[window], rcond=None)[0][0]))
     return min(found), max(found), end - start
 
 

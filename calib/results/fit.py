@@ -329,8 +329,8 @@ class FitResult(Result):
         better = f"better than the best simple rule{sure}"
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
-            "good": f"{better}, and nothing is flagged",
-            "good_with_effects": f"{better}, and nothing is flagged but what the named effects explain",
+            "good": f"{better}, and without a caveat",
+            "good_with_effects": f"{better}, and without a caveat but what the named effects explain",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": "no held-out trial is left"
             if self.data.left_out

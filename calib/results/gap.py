@@ -143,7 +143,7 @@ class PosteriorResult(Result):
         more = " (more: -v)" if len(caveats) > 1 else ""
         why = {
             "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
-            "determined": ": all five, and nothing is flagged",
+            "determined": ": all five, and without a caveat",
         }.get(self.verdict, ": the report says which further trial helps most")
         lines = [
             f"{self.session.name}: {self.name}.",

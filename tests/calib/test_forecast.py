@@ -118,7 +118,7 @@ def test_caveats_are_counted_alike_in_summary_details_and_page(found: front.FitR
 
 def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:
     *_, caveat, verdict = found.summary().splitlines()
-    assert (caveat == "No caveat.") == ("nothing is flagged" in verdict)
+    assert (caveat == "No caveat.") == ("without a caveat" in verdict)
     clean = {name: replace(trial, flags=()) for name, trial in found.trials.items()}
     flagged = {**clean, "slow": replace(clean["slow"], flags=(Flag("frequency_off_command"),))}
     without, with_one = (replace(found, data=replace(found.data, flags=(), trials=each)) for each in (clean, flagged))

@@ -10,7 +10,7 @@ import pytest
 
 from fitting.calibration import Calibration
 from fitting.calibration_file import CommandForecast, beat_to_command, forecast_from_command
-from fitting.forecast import _set_off
+from fitting.forecast import set_off
 from fitting.phase import _lowest as lowest
 from fitting.phase import fit_phase, forecast, score
 from fitting.published import Swims
@@ -118,13 +118,16 @@ def test_beyond_the_sweep_there_is_no_forecast_and_that_is_reported() -> None:
 
 @dataclass(frozen=True)
 class TwoWays:
-    """A twin that swims forward if its crank begins beyond an angle."""
+    """A twin that swims forward if its crank begins beyond an angle, and diverges if it begins below another."""
 
     trial: SimpleNamespace
     from_rad: float
     phase_rad: float = 1.0
+    stands_from_rad: float = 0.0
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        if self.phase_rad < self.stands_from_rad:
+            return np.full((len(coefficients), 5), np.nan)
         return np.full((len(coefficients), 5), 0.1 if self.phase_rad >= self.from_rad else -0.1)
 
 
@@ -134,5 +137,13 @@ class TwoWays:
 def test_of_two_steady_swims_the_forecast_takes_that_of_the_trial(from_rad: float, forward: bool, later: bool) -> None:
     mode = SimpleNamespace(coefficients=np.ones(5))
     trial = SimpleNamespace(start_velocity=np.array([-0.1 if forward else 0.1, 0.0, 0.0]))
-    window = _set_off(mode, TwoWays(trial, from_rad))  # type: ignore[arg-type]
+    window = set_off(mode, TwoWays(trial, from_rad))  # type: ignore[arg-type]
     assert (window.phase_rad > 1.0) == later
+
+
+def test_a_twin_that_diverges_at_one_angle_starts_from_the_other() -> None:
+    mode, trial = SimpleNamespace(coefficients=np.ones(5)), SimpleNamespace(start_velocity=np.array([-0.1, 0.0, 0.0]))
+    for from_rad in (0.0, 9.0):  # swimming forward or not
+        window = set_off(mode, TwoWays(trial, from_rad, stands_from_rad=2.0))  # type: ignore[arg-type]
+        assert window.phase_rad > 2.0
+    assert set_off(mode, TwoWays(trial, 9.0, stands_from_rad=9.0)).phase_rad == 1.0  # type: ignore[arg-type]

@@ -116,16 +116,28 @@ def test_rest_is_left_out(role: str, before_s: float, after_s: float) -> None:
 
 
 @settings(deadline=None, max_examples=5)
-@given(seed=st.integers(0, 10_000), noise_px=st.floats(0.1, 3.0), lasting=st.booleans())
-def test_a_robot_at_rest_has_no_beat(seed: int, noise_px: float, lasting: bool) -> None:
-    time_s, swum = swim()
+@given(
+    seed=st.integers(0, 10_000),
+    noise_px=st.floats(0.1, 6.0),
+    lasting=st.sampled_from([0.0, 0.9, 0.97, 0.99, 0.997]),
+    seconds=st.floats(3.0, 20.0),
+)
+def test_a_robot_at_rest_has_no_beat(seed: int, noise_px: float, lasting: float, seconds: float) -> None:
+    time_s, swum = swim(seconds)
     noise = np.random.default_rng(seed).normal(0.0, noise_px, swum.shape)
-    if lasting:
-        for frame in range(1, len(noise)):
-            noise[frame] = 0.9 * noise[frame - 1] + np.sqrt(1 - 0.9**2) * noise[frame]
+    for frame in range(1, len(noise)):
+        noise[frame] = lasting * noise[frame - 1] + np.sqrt(1 - lasting**2) * noise[frame]
 
     with pytest.raises(NotEnoughData, match=r"no lasting beat|does not move|beats at|are needed|usable"):
         measured(time_s, swum[:1] + noise)
+
+
+def test_a_clear_beat_may_be_small() -> None:
+    """Of 1 % of the length, without lasting noise: a robot of few links beats so."""
+    time_s, position_px = swim(seconds=9.0)
+    still = position_px.mean(axis=0) - position_px[..., :1, :].mean(axis=0)
+    small = position_px[:, :1] + still + 0.15 * (position_px - position_px[:, :1] - still)
+    assert measured(time_s, small).frequency.hz == pytest.approx(1.0, rel=5e-3)
 
 
 def test_a_fish_that_leaves_the_picture_does_not_stand_still() -> None:
