@@ -89,11 +89,16 @@ def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
 
 def test_a_log_whose_clock_is_not_believed_is_not_used() -> None:
     one, record, _ = swum()
-    given = replace(record.clock, found_by="given")
-    trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, usable=False, clock=given))
+    unused = replace(record, usable=False, clock=replace(record.clock, found_by="given"))
+    tracks = tracks_of(one)
+    with pytest.raises(NotEnoughData, match="no lasting beat"):  # nobody knows where the codes end
+        measure_trial(SWIM_SPEC, tracks, CAMERA, ROBOT, 1.0, unused)
+
+    driven = tracks.sel(time=slice(*record.drive_s))
+    trial = measure_trial(SWIM_SPEC, driven, CAMERA, ROBOT, 1.0, unused)
     assert trial.turn is None
     assert trial.motor is not None
-    assert len(trial.time_s) == len(one.time_s)
+    assert len(trial.time_s) == len(driven.time)
 
 
 def test_a_drive_that_was_not_filmed_is_refused() -> None:
