@@ -28,6 +28,7 @@ _WORTH = 10.0  # fall of -2 ln likelihood that supports a sway: chance makes it 
 _LEAST_M = 1e-6  # least standard deviation of a marker
 _JITTER = 1e-9  # added to a diagonal so that roots exist
 _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
+_AT_ONCE = 512  # frames between which covariances are held at once
 _MOST_FRAMES = 1200  # frames that the noise is estimated from, at most: 20 s at 60 frames a second
 _LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
 
@@ -52,9 +53,26 @@ class NoisePart:
     smooth: bool
     across: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def over(self, time_s: np.ndarray) -> np.ndarray:
-        """Return the covariance (n, n) between times (n,), of a marker of unit variance."""
-        return self.share * falling(np.abs(time_s[:, None] - time_s), self.scale_s, self.smooth)
+    def over(self, time_s: np.ndarray, other_s: np.ndarray | None = None) -> np.ndarray:
+        """Return the covariance (n, k) of a marker of unit variance.
+
+        Args:
+            time_s: (n,) times, s.
+            other_s: (k,) times against which; default: the same.
+        """
+        other_s = time_s if other_s is None else other_s
+        return self.share * falling(np.abs(time_s[:, None] - other_s), self.scale_s, self.smooth)
+
+    def spread(self, rows: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """Return rows (..., n) times the covariance between times (n,), which is never held as a whole.
+
+        Args:
+            rows: (..., n).
+            time_s: (n,) times, s.
+        """
+        flat, firsts = rows.reshape(-1, len(time_s)), range(0, len(time_s), _AT_ONCE)
+        found = [flat @ self.over(time_s, time_s[first : first + _AT_ONCE]) for first in firsts]
+        return np.concatenate(found, axis=-1).reshape(rows.shape)
 
 
 def falling(lag_s: np.ndarray, scale_s: float, smooth: bool) -> np.ndarray:
@@ -158,14 +176,14 @@ class FeatureNoise:
         sd_m: (m,) standard deviation of each marker in each coordinate; nan for those that are not read.
         lasts_s: time in which the correlation of its lasting share falls to 1/e.
         white: share of the variance that is white, and each marker's own.
-        correlation: (n, n) between frames.
+        time_s: (n,) times of the frames.
         parts: parts of the lasting share, with their correlation between markers; without any, markers are independent.
     """
 
     sd_m: np.ndarray
     lasts_s: float
     white: float
-    correlation: np.ndarray
+    time_s: np.ndarray
     parts: tuple[NoisePart, ...] = ()
 
     @classmethod
@@ -178,7 +196,7 @@ class FeatureNoise:
             time_s: (n,) times of the frames.
         """
         white = 1.0 - sum(part.share for part in parts)
-        return cls(sd_m, _lasting(parts), white, _correlation(parts, time_s), tuple(parts))
+        return cls(sd_m, _lasting(parts), white, time_s, tuple(parts))
 
     @classmethod
     def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
@@ -192,8 +210,12 @@ class FeatureNoise:
     @property
     def effective(self) -> float:
         """Number of independent frames that would determine a mean as well."""
-        n = len(self.correlation)
-        return float(n**2 / self.correlation.sum())
+        n, ones = len(self.time_s), np.ones(len(self.time_s))
+        return float(n**2 / (n * self.white + sum(part.spread(ones, self.time_s).sum() for part in self.parts)))
+
+    def correlation(self, time_s: np.ndarray) -> np.ndarray:
+        """Return the correlation (n, n) of a marker between times (n,)."""
+        return _correlation(self.parts, time_s)
 
     def drawn(self, time_s: np.ndarray, random: np.random.Generator) -> np.ndarray:
         """Draw errors (n, m, 2) like these in frames at times (n,), m.
@@ -222,9 +244,10 @@ class FeatureNoise:
         rows = np.nan_to_num(self.sd_m)[:, None, None] * reader.readers  # (m, r, n)
         each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
         for part in self.parts:
-            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(reader.time_s), rows)
+            spread = part.spread(rows, reader.time_s)
+            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", spread, rows)
         for m, own in enumerate(rows):
-            each[m, :, m] = own @ self.correlation @ own.T
+            each[m, :, m] += (self.white + _JITTER) * own @ own.T
         both = np.moveaxis(reader.sums, 1, 0).reshape(2, len(reader.sums), -1)  # (2, k, m r)
         return np.asarray(sum(sums @ each.reshape((sums.shape[1],) * 2) @ sums.T for sums in both))
 
@@ -300,7 +323,7 @@ def _in_time(
 
 def _correlation(parts: Sequence[NoisePart], time_s: np.ndarray) -> np.ndarray:
     """Return the correlation (n, n) of lasting parts, and of white noise for the rest of the variance."""
-    matrix = np.asarray(sum(part.over(time_s) for part in parts))
+    matrix = sum((part.over(time_s) for part in parts), np.zeros((len(time_s), len(time_s))))
     matrix[np.diag_indices_from(matrix)] = 1.0 + _JITTER
     return matrix
 

@@ -19,7 +19,7 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.features import advance_phase, phase_between
 from fitting.mode import broyden
-from fitting.noise import FeatureNoise
+from fitting.noise import FeatureNoise, NoisePart
 from fitting.session_model import PlacementUncertainty, SessionModel
 from fitting.signatures import (
     LONG,
@@ -316,7 +316,6 @@ def _compute_noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
     """Return the (127, 127) covariance of features with the tracker's noise as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)
-    lag_s = np.abs(model.reader.time_s[:, None] - model.reader.time_s)
-    correlation = (1 - white) * np.exp(-lag_s / noise.correlation_s) + white * np.eye(len(lag_s))
     sd_m = np.full(model.reader.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
-    return FeatureNoise(sd_m, noise.correlation_s, white, correlation).covariance(model.reader)
+    lasts = NoisePart(1 - white, noise.correlation_s, False, np.eye(len(sd_m)))
+    return FeatureNoise.of_parts(sd_m, [lasts], model.reader.time_s).covariance(model.reader)

@@ -181,10 +181,10 @@ def _innovations(
     The smooth swim has a diffuse prior: innovations are independent, but for the first ones, which determine it. Those
     are nan, as samples are that do not count (recursive residuals; Brown, Durbin and Evans 1975).
     """
-    noise, time_s = model.noise, model.reader.time_s
+    noise, time_s = model.noise, model.reader.time_s[: len(usable)]
     frame, place = np.nonzero(usable)
     own, rows, markers = place[:, None] == place, np.ix_(frame, frame), np.ix_(order[place], order[place])
-    covariance = np.where(own, noise.correlation[rows] + _DIFFUSE * (columns @ columns.T)[rows], 0.0)
+    covariance = np.where(own, noise.correlation(time_s)[rows] + _DIFFUSE * (columns @ columns.T)[rows], 0.0)
     for part in noise.parts:
         covariance += np.where(own, 0.0, part.across[markers] * part.over(time_s)[rows])
     root = np.linalg.cholesky(covariance)

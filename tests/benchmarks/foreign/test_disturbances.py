@@ -100,7 +100,8 @@ def test_a_current_changes_the_true_speed_by_its_factor(factor: float) -> None:
 def test_a_turning_swim_keeps_its_speed_along_the_head_and_bends() -> None:
     made, trial, before = one("turns")
     low, high, _ = true_speeds(made, trial)
-    assert (low, high) == pytest.approx((SPEED_M_S, SPEED_M_S), rel=0.01)
+    assert high == pytest.approx(SPEED_M_S, rel=0.01)
+    assert 0.9 * SPEED_M_S < low < 0.99 * SPEED_M_S  # along its mean heading: a chord
     first, last = (trial.xy[i, 1] - trial.xy[i, 0] for i in (0, -1))
     assert np.degrees(np.arccos(first @ last / np.linalg.norm(first) / np.linalg.norm(last))) > 30
     assert np.linalg.norm(np.diff(before.xy[:, :2], axis=1), axis=-1).std() < 1.0
