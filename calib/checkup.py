@@ -125,6 +125,12 @@ def _trials(session: Session) -> Iterator[Check]:
     if not held:
         advice.append('Give a trial role = "holdout": without one the quality of forecasts is not known.')
     yield Check("swim trials", "advice" if advice else "ok", found, " ".join(advice))
+    unsaid = [trial.name for trial in session.trials if trial.kind in ("swim", "dry") and trial.commanded_hz is None]
+    if unsaid:
+        step = (
+            "Give commanded_hz, crank turns a second, in session.toml: without it these can be tracked, but not fitted."
+        )
+        yield Check("commands", "fault", f"no commanded_hz: {', '.join(unsaid)}", step)
     bare = [trial.name for trial in session.trials if trial.tracks is None and trial.video is None]
     if bare:
         yield Check("recordings", "advice", f"neither tracks nor video: {', '.join(bare)}", "These are left out.")

@@ -159,7 +159,10 @@ def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
         message = "started from rest, the fitted twin swims backward at some frequencies"
         flags.append(Flag("swims_backward", message=message))
     elif best.refused or any(not end.forward and end.log_density > best.log_density for end in mode.ends[1:]):
-        message = "likelier coefficients were rejected: started from rest, that twin swims backward"
+        message = (
+            "likelier coefficients were rejected, as their twin swims backward when it starts from rest: the true ones "
+            "may be among these"
+        )
         flags.append(Flag("rejected_restart", message=message))
     if others := mode.disagree:
         count = "another start is" if len(others) == 1 else f"{len(others)} other starts are"

@@ -288,11 +288,24 @@ def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTr
         coefficients: (s, 5).
         trials: the trials.
     """
-    forward = np.full(len(coefficients), any(trial.speed <= 0 for trial in trials))
-    slowest_hz = np.array([probed_hz(trials)])
+    if any(trial.speed <= 0 for trial in trials):
+        return np.ones(len(coefficients), bool)
+    return sets_off_forward(twin, coefficients, probed_hz(trials))
+
+
+def sets_off_forward(twin: Twin, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
+    """Tell whether each set of coefficients (s, 5) swims forward from rest, from either angle of the crank, (s,).
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        frequency_hz: crank turns a second.
+    """
+    forward = np.zeros(len(coefficients), bool)
     for phase_rad in _FROM_REST_RAD:
         left = np.flatnonzero(~forward)
         if len(left):
             with np.errstate(invalid="ignore"):
-                forward[left] = (speed_from_rest(twin, coefficients[left], slowest_hz, phase_rad) > 0)[:, 0]
+                speed = speed_from_rest(twin, coefficients[left], np.array([frequency_hz]), phase_rad)
+            forward[left] = speed[:, 0] > 0
     return forward

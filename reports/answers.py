@@ -46,6 +46,7 @@ BESIDE = ("line", "constant_stride", EBT)
 _AS_GOOD = 0.25
 """Largest relative difference of two mean speed errors between models that are about as good as each other."""
 _LIKELY = 3  # number of effects whose probability is shown even if they are not named
+_WORTH_A_SWIM = 0.9  # a swim that leaves a larger share of the standard deviations is not worth filming for them
 _SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
@@ -147,8 +148,9 @@ class Interval(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Value and interval as printed: `0.41 (0.40 to 0.42)`."""
-        return f"{of_its_size(self.value)} ({spanned(self.low, self.high, of_its_size)})"
+        """Value and interval as printed: `0.41 (0.40 to 0.42)`; `0.40 to 0.42 (exported: 0.39)` where it is outside."""
+        value, interval = of_its_size(self.value), spanned(self.low, self.high, of_its_size)
+        return f"{value} ({interval})" if self.low <= self.value <= self.high else f"{interval} (exported: {value})"
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,7 @@ class HowSure:
         in_band: number of held-out trials with a speed within the predicted 90 % band, and number of all.
         damaged: the file of the posterior that cannot be read; "" where there is none.
         misfit: whether the twin at these coefficients leaves more than noise explains.
+        rejected: whether likelier coefficients were rejected, as their twin swims backward from rest.
     """
 
     intervals: Mapping[str, Interval]
@@ -168,6 +171,7 @@ class HowSure:
     in_band: tuple[int, int] = (0, 0)
     damaged: str = ""
     misfit: bool = False
+    rejected: bool = False
 
     @property
     def verdict(self) -> str:
@@ -175,6 +179,8 @@ class HowSure:
         if not self.sampled:
             return f"Roughly known: {_unreadable(self.damaged) or 'the posterior was not sampled.'}"
         loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
+        if not loose and self.rejected:
+            return "All five coefficients are determined among twins that swim forward from rest; likelier ones do not."
         if not loose:
             return "All five coefficients are determined."
         if len(loose) == len(self.intervals):
@@ -325,8 +331,10 @@ def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | N
     loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
     if posterior is None or not loose:
         return ""
-    sweep = posterior.sweep
-    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
+    sweep, shrinks = posterior.sweep, posterior.sweep.shrinkage(posterior.wanted)
+    if shrinks.min() > _WORTH_A_SWIM:
+        return ""
+    best = float(sweep.frequency_hz[shrinks.argmin()])
     return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."
 
 
@@ -355,7 +363,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
     of = posterior.marginals
     intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
     misfit = any(flag.kind == "model_discrepancy" for flag in posterior.flags)
-    return HowSure(intervals, True, posterior.inside("holdout")[:2], misfit=misfit)
+    rejected = any(flag.kind == "rejected_restart" for flag in found.flags)
+    return HowSure(intervals, True, posterior.inside("holdout")[:2], misfit=misfit, rejected=rejected)
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 LITTLE_USED = 0.9  # share of the samples that count, below which a trial has a caveat
 OF_MISSING_EFFECTS = frozenset({"speed_missed", "model_discrepancy", "outside_bands"})
 """Kinds of flags of fit and posterior that say no more than that the twin lacks an effect."""
+_OF_EVERYTHING = frozenset({"frequency_off_command", "scale_off_robot"})
+"""Kinds of flags that cast doubt on every number: they come first."""
 FEW_BEATS = 2  # whole beats compared, below which a trial has a caveat
 
 
@@ -43,13 +45,14 @@ def fit_caveats(
         without: further kinds of flags to leave out.
     """
     known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else []), *without}
-    caveats = [sentence(flag.message or flag.kind) for flag in found.flags if flag.kind not in known]
+    caveats = [(flag.kind, sentence(flag.message or flag.kind)) for flag in found.flags if flag.kind not in known]
     for kind, where in kinds_of_whole_trials({name: trial.flags for name, trial in found.trials.items()}).items():
         if kind in known:
             continue
         size = _off_command(found) if kind == "frequency_off_command" else ""
-        caveats.append(sentence(f"{where}: {FLAG_KINDS.get(kind, in_words(kind))}{size}"))
-    return tuple(dict.fromkeys(caveats))
+        caveats.append((kind, sentence(f"{where}: {FLAG_KINDS.get(kind, in_words(kind))}{size}")))
+    caveats.sort(key=lambda caveat: caveat[0] not in _OF_EVERYTHING)
+    return tuple(dict.fromkeys(text for _, text in caveats))
 
 
 def posterior_caveats(posterior: PosteriorSummary | None, without: Collection[str] = ()) -> tuple[str, ...]:

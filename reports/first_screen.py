@@ -19,7 +19,7 @@ from reports.context import ReportContext
 from reports.forecasts import speed_sweep_figure
 from reports.page import Bar, Card, FirstScreen, Plot, Range, Section, page_colour
 from reports.style import FAINT, INK, MUTED, TWIN
-from reports.words import MODELS, in_mm, in_words, listed, sentence, shown, spanned
+from reports.words import MODELS, counted, in_mm, in_words, listed, sentence, shown, spanned
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 from swimcal.robot import RobotSpec
 
@@ -305,10 +305,12 @@ def _speeds(context: ReportContext) -> Plot:
     diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
     band = ""
     if context.posterior is not None:
-        band = " The band is to hold 90 % of other swims, by the twin as corrected by its fit trials."
-        band = f"{band} {sure.band}".rstrip()
+        inside, count = sure.in_band
+        bars = " (upright bars: that trial’s own)" if count else ""
+        held = f" {inside} of {counted(count, 'held-out speed')} lie in their bars." if count else ""
+        band = f" The band{bars} is to hold 90 % of other swims, by the twin as corrected by its fit trials.{held}"
     return Plot(
-        speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
+        speed_sweep_figure(calibration, context.posterior),
         "sweep",
         f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} On grey ground nothing was "
         f"fitted ({shown(low, 2)} to {shown(high, 2)} Hz was).",

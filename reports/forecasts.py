@@ -53,6 +53,7 @@ from reports.words import (
 
 if TYPE_CHECKING:
     from fitting.posterior.prediction import PredictedSweep
+    from fitting.posterior.summary import PosteriorSummary
 
 # Forecasts of the trials
 _SHIFT = 0.17  # distance of a model from the middle of its row, in rows
@@ -107,11 +108,13 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
 
 
 @styled
-def speed_sweep_figure(calibration: Calibration, predicted: PredictedSweep | None = None) -> Figure:
+def speed_sweep_figure(calibration: Calibration, posterior: PosteriorSummary | None = None) -> Figure:
     """Draw the speeds above, and below the same minus the twin's.
 
-    Frequencies on grey ground were not fitted; the band is the posterior's.
+    Frequencies on grey ground were not fitted; the band is the posterior's, and each held-out trial has its own.
     """
+    predicted = None if posterior is None else posterior.sweep
+    bands = {} if posterior is None else {each.name: each.outer[[0, -1]] for each in posterior.trials}
     bottom = _BOTTOM_IN + _BELOW_IN + 0.14
     figure, axes = panel(WIDTH_IN, _HEIGHT_IN, Margins(left=_LEFT_IN, right=0.06, top=0.44, bottom=bottom))
     below = add_panel(figure, (_LEFT_IN, _BOTTOM_IN), (WIDTH_IN - _LEFT_IN - 0.06, _BELOW_IN))
@@ -125,6 +128,8 @@ def speed_sweep_figure(calibration: Calibration, predicted: PredictedSweep | Non
             less = float(np.interp(at, hz, minus, left=np.nan, right=np.nan))
             role = trial.measured.role
             label = "filmed, fitted" if role == "fit" else "filmed, held out"
+            if role != "fit" and (band := bands.get(trial.measured.name)) is not None:
+                part.vlines(at, *((band - less) * MM), color=TWIN, linewidth=2.6, alpha=0.55)
             part.plot(at, (speed - less) * MM, **role_marker(INK, role), label=label)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)

@@ -13,12 +13,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_serializer, model_validator
 
+from fitting.phase import sets_off_forward
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import FaultCollector
 from swimcal.mjcf import FluidCoefficients
 from swimcal.robot import NonNegative, Positive, RobotSpec, load_robot
 from swimcal.session_file import Name, TrialRole
 from swimcal.toml import Table
+from swimcal.twin import Twin
 from swimsynth.disturbances import RISE_S, SyntheticMotor, TrackingNoise
 
 Pixels = tuple[float, float]  # x to the right, y down
@@ -28,6 +30,9 @@ PLAUSIBLE_COEFFICIENTS = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
 
 None is at a bound or near the published ones.
 """
+
+KUTTA_LIFTS = (PLAUSIBLE_COEFFICIENTS.kutta_lift, 6.0, 8.0, 10.0)
+"""Lifts that are tried in turn for another robot."""
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
 """Commanded crank turns a second: the range of the published swim trials."""
@@ -275,7 +280,8 @@ def default_plan(seed: int = 0, robot: RobotSpec | None = None) -> SyntheticPlan
 
     Args:
         seed: draws noise, crank phases, headings and the motor's clock.
-        robot: None for the built-in fish; another one is bent and tracked at its own hinges and markers.
+        robot: None for the built-in fish; another one is bent and tracked at its own hinges and markers, in water in
+            which it swims forward from rest (`water_for`).
     """
     markers = FISHSIM_MARKERS if robot is None else tuple(robot.markers)
     random = np.random.default_rng([seed, len(SPEEDS_HZ)])
@@ -283,9 +289,33 @@ def default_plan(seed: int = 0, robot: RobotSpec | None = None) -> SyntheticPlan
     trials = [_swim(*settings, markers) for settings in zip(SPEEDS_HZ, phases, headings, strict=True)]
     of_motor = np.random.default_rng([seed, len(SPEEDS_HZ), len(DRY_HZ)])
     dry_runs, decays = _dry_experiments(of_motor, BENT_RAD if robot is None else _bend(len(robot.hinges)))
+    water = PLAUSIBLE_COEFFICIENTS if robot is None else water_for(robot)
     return SyntheticPlan(
-        trials=tuple(trials), dry_runs=dry_runs, free_decays=decays, seed=seed, robot=robot, markers=markers
+        coefficients=water,
+        trials=tuple(trials),
+        dry_runs=dry_runs,
+        free_decays=decays,
+        seed=seed,
+        robot=robot,
+        markers=markers,
     )
+
+
+def water_for(robot: RobotSpec) -> FluidCoefficients:
+    """Return the plausible coefficients, with the least Kutta lift with which a robot swims forward from rest.
+
+    It does so at the slowest beat, as the fit asks of every twin; in other water it would go backward, and the fit
+    refuse the truth. Where no lift is enough the plausible one stays.
+
+    Args:
+        robot: the robot.
+
+    Raises:
+        SimulationDiverged: its tail cannot be brought into its starting poses.
+    """
+    tried = [PLAUSIBLE_COEFFICIENTS._replace(kutta_lift=lift) for lift in KUTTA_LIFTS]
+    forward = sets_off_forward(Twin(robot), np.array(tried), min(SPEEDS_HZ))
+    return next((water for water, goes in zip(tried, forward, strict=True) if goes), PLAUSIBLE_COEFFICIENTS)
 
 
 def _bend(hinges: int) -> tuple[tuple[float, ...], ...]:

@@ -325,8 +325,11 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _why(self, caveats: int) -> str:
-        sure = "" if "significantly" not in self.answers.how_far_off.compared else ", though not significantly"
+        compared = self.answers.how_far_off.compared
+        sure = "" if "significantly" not in compared else ", though not significantly"
         better = f"better than the best simple rule{sure}"
+        if " worse" in compared:
+            better = "not better than the best simple rule, within the errors"
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and without a caveat",

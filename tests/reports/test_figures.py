@@ -131,7 +131,7 @@ def test_flags_count_from_the_recording_and_samples_from_the_trials_first_frame(
 
 
 def test_speeds_are_drawn_beside_simple_rules_and_below_as_differences_from_the_twin() -> None:
-    above, below = speed_sweep_figure(made_calibration(), made_summary().sweep).axes
+    above, below = speed_sweep_figure(made_calibration(), made_summary()).axes
     curves = {line.get_label(): line for line in above.lines}
     lower = {line.get_label(): line for line in below.lines}
 
