@@ -25,6 +25,14 @@ def test_a_session_is_checked_with_its_results_and_what_would_help(finished: Pat
     assert "docs/bench.md" in found.loc["dry experiments"].step
 
 
+def test_a_swim_without_its_command_is_a_fault_before_a_fit_is(calib: Front, fresh: Path) -> None:
+    file = fresh / "session.toml"
+    file.write_text("".join(line for line in file.read_text().splitlines(True) if not line.startswith("commanded_hz")))
+    outcome = calib("doctor", fresh)
+    assert outcome.code == 2
+    assert "FAULT  commands: no commanded_hz: " in outcome.out
+
+
 def test_a_broken_session_is_a_fault_with_all_that_is_wrong(calib: Front, fresh: Path) -> None:
     (fresh / "session.toml").write_text("nonsense")
     outcome = calib("doctor", fresh)

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reports.answers import HowFarOff, TwinErrors, how_far_off, use_of_named
+from fitting.calibration_file import calibration_result
+from reports.answers import HowFarOff, HowSure, Interval, TwinErrors, film_next, how_far_off, use_of_named
+from reports.caveats import fit_caveats
 from reports.context import ReportContext
 from reports.first_screen import build_summary, representative, swim_from_above
 from reports.report import render_report
@@ -120,6 +122,30 @@ def test_held_out_speeds_outside_the_predicted_band_are_counted_beside_it(contex
     page = Page(render_report(replace(context, posterior=replace(summary_of, trials=missed)), (build_summary,)))
     assert f"{inside} of {len(held_out)} held-out speed" in page.text
     assert answers.how_sure.band in answers.how_sure.sentences
+
+
+def test_an_exported_value_outside_its_interval_is_marked_and_rejected_twins_are_told() -> None:
+    inside, outside = Interval(0.41, 0.40, 0.42, True), Interval(0.36, 0.40, 0.42, True)
+    assert inside.text == "0.41 (0.40 to 0.42)"
+    assert outside.text == "0.40 to 0.42 (exported: 0.36)"
+    sure = HowSure({"blunt_drag": inside}, True)
+    assert sure.verdict == "All five coefficients are determined."
+    assert "likelier ones do not" in replace(sure, rejected=True).verdict
+
+
+def test_what_casts_doubt_on_every_number_is_the_first_caveat() -> None:
+    found = calibration_result(made_calibration())
+    first, second, *_ = fit_caveats(replace(found, flags=(Flag("restarts_disagree", message="another"), *found.flags)))
+    assert first.startswith("slow: the swim frequency differs from the command")
+    assert second == "Another."
+
+
+def test_a_swim_that_would_tell_little_is_not_asked_for() -> None:
+    summary = made_summary()
+    assert film_next(summary, None).startswith("One more swim")
+    sweep = summary.sweep
+    little = replace(sweep, sd=np.broadcast_to(0.95 * sweep.sd_now, sweep.sd.shape))
+    assert film_next(replace(summary, sweep=little), None) == ""
 
 
 @pytest.mark.parametrize(("result", "untrue"), [("posterior", "was not sampled"), ("diagnosis", "not searched")])

@@ -1,8 +1,12 @@
 from typing import Any
 
+import numpy as np
 import pytest
 
-from swimsynth.plan import Merge, SyntheticTrial
+from fitting.phase import sets_off_forward
+from swimcal.robot import load_robot
+from swimcal.twin import Twin
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS, SPEEDS_HZ, Merge, SyntheticTrial, default_plan
 from tests.swimsynth.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)
@@ -46,3 +50,16 @@ def test_a_trial_has_a_frame_at_its_start_and_at_every_tick_up_to_its_end(second
     trial = SyntheticTrial(**SLOW | {"seconds": seconds})
 
     assert len(trial.time_s(small_plan().camera)) == frames
+
+
+def test_another_robot_gets_water_in_which_it_swims_forward_from_rest() -> None:
+    """With a shorter crank arm it would go backward in the water of the built-in fish, and the fit refuse the truth."""
+    robot = load_robot()
+    weak = robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": 0.03})})
+    twin, slowest = Twin(weak), min(SPEEDS_HZ)
+    assert not sets_off_forward(twin, np.array([PLAUSIBLE_COEFFICIENTS]), slowest)[0]
+
+    water = default_plan(0, weak).coefficients
+    assert sets_off_forward(twin, np.array([water]), slowest)[0]
+    assert water._replace(kutta_lift=PLAUSIBLE_COEFFICIENTS.kutta_lift) == PLAUSIBLE_COEFFICIENTS
+    assert default_plan(0, robot).coefficients == PLAUSIBLE_COEFFICIENTS == default_plan(0).coefficients
