@@ -40,7 +40,8 @@ class SearchEnd(NamedTuple):
 
     Attributes:
         start, coefficients: (5,) before and after.
-        log_density: ln of the marginal posterior of the variance components, coefficients integrated out.
+        log_density: ln of the posterior density at these coefficients, but for a constant: that of the variance
+            components with the coefficients integrated out, less half the squares that a free step would remove.
         converged: the last step was short.
         forward: started from rest, the twin swims forward.
         refused: clearly likelier coefficients next to it were refused, as their twin does not.

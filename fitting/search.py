@@ -78,10 +78,12 @@ def find_mode(
             descent.run(rounds)
             done += rounds - before
         before = rounds
-        racing = sorted(racing, key=_rank)[: max(int(left * starts), 1)]
+        racing = sorted(racing, key=_rank_in_race)[: max(int(left * starts), 1)]
+    for descent in descents:
+        descent.look_back()
     while not (found := sorted(descents, key=_rank))[0].done:
         found[0].run(_ROUNDS)
-    found[0] = found[0].hop(seed).follow_boundary()
+    found[0] = found[0].hop(seed).follow_boundary().pass_through(seed)
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -106,17 +108,19 @@ class _Descent:
 
     Attributes:
         log_density: log density where it is; -inf where the twin diverged on the way.
+        promise: log density where the next step would lead, were the twin linear and every step allowed: that of the
+            variance components, with the coefficients integrated out.
     """
 
     def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
         self.model, self.start, self.simulated = model, start, 0
         self.forward = bool(model.swim_forward(start[None])[0])
         self._blocks, self._covariance = blocks, Covariance.of(blocks)
-        self.log_density, self._round, self._converged = -np.inf, 0, False
+        self.log_density, self.promise, self._round, self._converged = -np.inf, -np.inf, 0, False
         self._at, self._sizes = start, dict(MEDIANS)
         self._trajectories = trajectories_together(model.trials, start[None])
         self._jacobian, self._sloped = np.zeros((0, 5)), False
-        self._follows_boundary, self._refused = False, False
+        self._follows_boundary, self._refused, self._blocked = False, False, False
 
     @property
     def done(self) -> bool:
@@ -130,7 +134,7 @@ class _Descent:
                 self._step()
             self._look(sloped=True)
         except _Diverged:
-            self.log_density, self._converged = -np.inf, True
+            self.log_density, self.promise, self._converged = -np.inf, -np.inf, True
 
     def hop(self, seed: int) -> "_Descent":
         """Go on from the best of points drawn about the end, if that is likelier; return the likelier descent.
@@ -156,6 +160,49 @@ class _Descent:
                 break
             best = other
         return best
+
+    def look_back(self) -> None:
+        """Tell anew whether the twin swims forward from rest, if that of the start did not."""
+        if not self.forward and np.isfinite(self.log_density):
+            self.forward = bool(self.model.swim_forward(self._at[None])[0])
+
+    def pass_through(self, seed: int) -> "_Descent":
+        """Go on through twins that swim backward from rest, to likelier ones that do not; return the likelier descent.
+
+        The new one must be clearly likelier. A descent that must swim forward all the way stops in front of such twins.
+        Where a free one ends at one of them, it goes on from the likeliest of points about there that swim forward.
+        """
+        if not (self.forward and self._blocked and np.isfinite(self.log_density)):
+            return self
+        free = copy(self)
+        free.forward, free._follows_boundary, free._converged = False, False, False
+        free.run(self._round + _ALONG)
+        if free.log_density > self.log_density + _CLEARLY:
+            free.look_back()
+            if not free.forward:
+                free._come_back(seed)
+        self.simulated = free.simulated
+        return free if free.forward and free.log_density > self.log_density + _CLEARLY else self
+
+    def _come_back(self, seed: int) -> None:
+        """Go to the likeliest of points drawn about the present one whose twins swim forward, and on from there."""
+        root, _, columns = self._whiten(self._covariance.at(self._sizes))
+        scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+        wide = np.repeat(_WIDE, _DRAWN // len(_WIDE))[:, None]
+        drawn = self._at + wide * np.random.default_rng([seed, 41]).standard_normal((_DRAWN, 5)) @ scatter
+        drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
+        drawn = drawn[self.model.swim_forward(drawn)]
+        if not len(drawn):
+            return
+        told = trajectories_together(self.model.trials, drawn)
+        self.simulated += len(drawn)
+        rows = np.hstack([trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)])
+        white = solve_triangular(root, np.nan_to_num(self.model.measured - rows, nan=1e3).T, lower=True)
+        best = int((white**2).sum(axis=0).argmin())
+        self._at = drawn[best]
+        self._trajectories = [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
+        self._jacobian, self._sloped, self._converged, self.forward = np.zeros((0, 5)), False, False, True
+        self.run(self._round + _ALONG)
 
     def follow_boundary(self) -> "_Descent":
         """Go on along the boundary of twins that swim forward from rest, and return the likelier descent.
@@ -228,7 +275,10 @@ class _Descent:
         if not (np.isfinite(self._residual).all() and np.isfinite(self._jacobian).all()):
             raise _Diverged
         self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)
-        self.log_density = -deviance - self.model.trials[0].roll.deviance
+        _, white, columns = self._whiten(self._covariance.at(self._sizes))
+        left = white - columns @ self._free_step(white, columns)
+        self.promise = -deviance - self.model.trials[0].roll.deviance
+        self.log_density = self.promise - 0.5 * float(white @ white - left @ left)
 
     def _residual_with(self, roll: Roll | None) -> np.ndarray:
         """Return the residual (K,) at the present point, with another roll of the hull or with its own."""
@@ -318,6 +368,7 @@ class _Descent:
             if not self.forward or self.model.swim_forward(tried[[best]])[0]:
                 return np.asarray(tried[best]), [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
             self._refused |= bool(squares[best] < now - 2 * AS_LIKELY)
+            self._blocked |= self._refused
         return None
 
     def _draw_ahead(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -339,6 +390,10 @@ class _Diverged(Exception):
 
 def _is_finite(block: Block) -> bool:
     return all(np.isfinite(part).all() for part in (*block.sensitivities, block.time_step))
+
+
+def _rank_in_race(descent: _Descent) -> tuple[bool, float]:
+    return not descent.forward, -descent.promise
 
 
 def _rank(descent: _Descent) -> tuple[bool, float]:

@@ -1,5 +1,6 @@
 """The mode finds the truth of a drawn session, and its forecasts of a trial that was held out hold."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from fitting.covariance import COMPONENTS, MEDIANS, Covariance
 from fitting.features import SPEED
 from fitting.forecast import NewWindow, Windows, forecast_of, forecast_repeat, scatter_of, tracks_of
 from fitting.mode import Mode, mode_at
-from fitting.search import find_mode
+from fitting.search import _Descent, find_mode
 from fitting.session_model import SessionModel
 from fitting.structure import assumed, perturbed_twins, uncertainties_of
 from fitting.trial_model import START_PHASE_RAD, START_SD, TrialModel, sensitivities_together
@@ -66,6 +67,22 @@ def test_next_to_a_second_steady_state_the_start_does_not_explain_any_speed(mode
     of_start, plain = (each.own[SPEED, :3] for each in both)
     assert np.linalg.norm(of_start) == pytest.approx(START_SD[0])
     assert np.linalg.norm(plain) < 0.1 * START_SD[0]
+
+
+def test_the_density_of_a_descent_is_that_where_it_stands(mode: Mode) -> None:
+    """Where it is stopped far from the mode, as by twins that swim backward, the variance components alone do not say."""
+    sd = np.sqrt(np.diag(mode.coefficient_covariance))
+    at_mode, off = (
+        _Descent(mode.model, at, mode.blocks) for at in (mode.coefficients, mode.coefficients + [0, 4 * sd[1], 0, 0, 0])
+    )
+    for descent in (at_mode, off):
+        descent.run(0)
+    assert at_mode.promise - at_mode.log_density < 0.2
+    assert off.promise - off.log_density > 4.0
+    assert off.log_density < at_mode.log_density - 4.0
+    free = copy(off)
+    free.forward, free._blocked = True, True
+    assert free.pass_through(0).log_density > off.log_density + 4.0
 
 
 def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mode: Mode) -> None:
