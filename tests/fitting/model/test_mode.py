@@ -70,7 +70,7 @@ def test_next_to_a_second_steady_state_the_start_does_not_explain_any_speed(mode
 
 
 def test_the_density_of_a_descent_is_that_where_it_stands(mode: Mode) -> None:
-    """Where it is stopped far from the mode, as by twins that swim backward, variance components alone do not say so."""
+    """Where it is stopped far from the mode, as by twins that swim backward, variance components alone do not say."""
     aside = 4 * np.sqrt(np.diag(mode.coefficient_covariance)) * np.array([0, 1, 0, 0, 0])
     places = mode.coefficients, mode.coefficients + aside
     at_mode, off = (_Descent(mode.model, at, mode.blocks) for at in places)
