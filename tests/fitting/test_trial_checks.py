@@ -132,6 +132,17 @@ def test_a_robot_at_rest_has_no_beat(seed: int, noise_px: float, lasting: float,
         measured(time_s, swum[:1] + noise)
 
 
+def test_a_rest_among_few_beats_is_flagged() -> None:
+    """Too few to find the rest itself."""
+    _, swum = swim(seconds=2.5)
+    rest = np.repeat(swum[-1:], round(0.5 * FPS), axis=0)
+    rest = rest + np.random.default_rng(5).normal(0.0, 0.3, rest.shape)
+    position_px = np.concatenate([swum, rest])
+    trial = measured(np.arange(len(position_px)) / FPS, position_px)
+    assert {"few_beats", "rests"} & kinds(trial)
+    assert not {"few_beats", "rests"} & kinds(measured(*swim(seconds=3.2)))
+
+
 def test_a_clear_beat_may_be_small() -> None:
     """Of 1 % of the length, without lasting noise: a robot of few links beats so."""
     time_s, position_px = swim(seconds=9.0)

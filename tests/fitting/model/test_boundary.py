@@ -46,7 +46,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
     found = object.__new__(_Descent)
     model = SimpleNamespace(trials=[trial], measured=SLOPES @ BEST, swim_forward=lambda points: margin(points) > 0)
     own = {"model": model, "forward": True, "simulated": 0, "_jacobian": SLOPES, "_trajectories": [Swum(BEGIN[None])]}
-    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False, _refused=False)
+    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False, _refused=False, _blocked=False)
     return found
 
 
