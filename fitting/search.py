@@ -144,7 +144,7 @@ class _Descent:
         best, random = self, np.random.default_rng([seed, 37])
         for _ in range(_HOPS if np.isfinite(self.log_density) else 0):
             root, _, columns = best._whiten(best._covariance.at(best._sizes))
-            scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+            scatter = _scatter(columns)
             wide = np.repeat(_WIDE, _HOPPED // len(_WIDE))[:, None]
             drawn = best._at + wide * random.standard_normal((_HOPPED, 5)) @ scatter
             there = best._best(np.clip(drawn, *COEFFICIENT_BOUNDS), root)
@@ -187,7 +187,7 @@ class _Descent:
     def _come_back(self, seed: int) -> None:
         """Go to the likeliest of points drawn about the present one whose twins swim forward, and on from there."""
         root, _, columns = self._whiten(self._covariance.at(self._sizes))
-        scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+        scatter = _scatter(columns)
         wide = np.repeat(_WIDE, _DRAWN // len(_WIDE))[:, None]
         drawn = self._at + wide * np.random.default_rng([seed, 41]).standard_normal((_DRAWN, 5)) @ scatter
         drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
@@ -374,7 +374,7 @@ class _Descent:
     def _draw_ahead(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Draw points (s, 5) about part of a step whose twins swim forward from rest, the most promising first."""
         random = np.random.default_rng([31, self._round])
-        scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+        scatter = _scatter(columns)
         wide = max(1.0, float(np.linalg.norm(columns @ step)) / np.sqrt(5))
         drawn = self._at + reach * (step / 2 + wide * random.standard_normal((_DRAWN, 5)) @ scatter)
         drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
@@ -386,6 +386,11 @@ class _Descent:
 
 class _Diverged(Exception):
     """Signal that the twin diverged within a descent."""
+
+
+def _scatter(columns: np.ndarray) -> np.ndarray:
+    """Return the root (5, 5) of the covariance of the coefficients, by a whitened Jacobian (K, 5) and their prior."""
+    return np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
 
 
 def _is_finite(block: Block) -> bool:
