@@ -1,4 +1,4 @@
-"""What a user gives to a function of `calib.interface`: a session, files, effects, options, a scheduler."""
+"""Check and open what a user gives to a function of `calib.interface`: session, files, effects, options, scheduler."""
 
 from __future__ import annotations
 

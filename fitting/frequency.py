@@ -37,7 +37,8 @@ _HOP = 0.25  # part of a beat between windows of one beat
 _BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
 _USUAL = 80.0  # percentile of the windows that counts as usual
 _LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
-_FEW, _CLEAN = 4.0, 0.97  # beats, of fewer of which a swim explains that share: a rest among them is not found
+FEW_BEATS = 4.0  # fewer may hide a rest, and lasting noise looks like so many
+CLEAR = 0.97  # share of its motion that the beat of a swim explains; lasting noise explains up to 0.87 by three beats
 _JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
@@ -323,10 +324,10 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
     if beats < 2.0:
         message = f"only {beats:.1f} beats: fewer than two determine a frequency poorly"
         flags.append(Flag("few_beats", message=message))
-    elif beats < _FEW and explained < _CLEAN:
+    elif beats < FEW_BEATS and explained < CLEAR:
         message = (
             f"a beat of {hz:.3f} Hz explains {100 * explained:.0f} % of the tail's motion in {beats:.1f} beats, at "
-            f"least {100 * _CLEAN:.0f} % are expected: if the robot rests in part, cut the recording to its swim"
+            f"least {100 * CLEAR:.0f} % are expected: if the robot rests in part, cut the recording to its swim"
         )
         flags.append(Flag("few_beats", message=message))
     return tuple(flags)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.frequency import HARMONICS, LEAST_EXPLAINED, SwimFrequency
+from fitting.frequency import CLEAR, FEW_BEATS, HARMONICS, LEAST_EXPLAINED, SwimFrequency
 from fitting.pool import design, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
@@ -38,9 +38,9 @@ LEAST_OF_PART = 0.2
 # The least swing holds for this many beats: the swing that noise makes falls with the root of the time.
 _OF_BEATS = 5.0
 _LEAST_SWING = 0.02  # relative to the robot's length: published swims have 0.09 and more, lasting noise up to 0.02
-_CLEAR, _CLEAR_BEATS = 0.97, 3.0  # explained share and beats of a motion that is no noise, which explains 0.3
-_LEAST_CLEAR = 0.004  # least swing of such a motion, relative to the robot's length
-_FEW_BEATS, _LEAST_OF_FEW = 4.0, 0.75  # lasting noise explains more in fewer beats, 0.75 in 1 case of 20
+_CLEAR_BEATS = 3.0  # least number of beats of a clear one, which may be small
+_LEAST_CLEAR = 0.004  # least swing of a clear beat, relative to the robot's length
+_LEAST_OF_FEW = 0.75  # least share of its motion that a beat explains in few beats
 _LEAST_BEATS = 2.0  # least number of beats in a row
 _BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
 _UNSEEN_END_S = 0.5  # least time at the end without a head that is flagged
@@ -88,7 +88,7 @@ def check_beat(beat: SwimFrequency, robot: RobotSpec, least_explained: float = L
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
-    clear = beat.explained >= _CLEAR and beat.beats >= _CLEAR_BEATS
+    clear = beat.explained >= CLEAR and beat.beats >= _CLEAR_BEATS
     least = _LEAST_CLEAR if clear else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
     least_m = least * robot.length_m
     if beat.swing_m < least_m:
@@ -97,8 +97,8 @@ def check_beat(beat: SwimFrequency, robot: RobotSpec, least_explained: float = L
             f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * least_m:.1f} mm are expected. "
             "Did the robot swim?"
         )
-    if beat.beats < _FEW_BEATS and least_explained > LEAST_OF_PART:
-        least_explained = _LEAST_OF_FEW if beat.beats >= _LEAST_BEATS else _CLEAR
+    if beat.beats < FEW_BEATS and least_explained > LEAST_OF_PART:
+        least_explained = _LEAST_OF_FEW if beat.beats >= _LEAST_BEATS else CLEAR
     if beat.explained < least_explained:
         raise NotEnoughData(
             f"no lasting beat: the likeliest, {beat.hz:.3g} Hz, explains {100 * beat.explained:.0f} % of what the tail "

@@ -53,7 +53,7 @@ class TornFin(calib.Effect):
     parameters = (calib.Parameter("share", unit="1", low=0.0, high=0.8, sd=0.2),)
 
     def robot(self, robot, values):
-        """With a lower fin."""
+        """Lower the fin."""
         fin = robot.caudal_fin.model_copy(update={"span_m": robot.caudal_fin.span_m * (1 - values[0])})
         return robot.model_copy(update={"caudal_fin": fin})
 
