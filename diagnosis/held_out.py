@@ -28,7 +28,7 @@ from fitting.baselines import BASELINES
 from fitting.phase import fit_phase, forecast, score
 from fitting.pool import forward_speed
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import START_PHASE_RAD, TrialModel
+from fitting.trial_model import TrialModel
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.effect import Effect, View
 from swimcal.mjcf import FluidCoefficients
@@ -92,7 +92,7 @@ def forecast_scores(
     """
     found, coefficients = [], FluidCoefficients(*map(float, at))
     for trial in trials:
-        plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
+        plain = TrialModel.of(linear.twin, trial).positions(linear.at[None])[0]
         view = view_of(trial, plain, linear.camera)
         twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
         head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))

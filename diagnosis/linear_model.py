@@ -30,7 +30,7 @@ from fitting.ring import Ring
 from fitting.session_model import NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.signatures import PRIOR_SD, Whitened, residual_row, row_covariance, row_slopes
 from fitting.trial import NOTHING, ExperimentsInAir, MeasuredTrial
-from fitting.trial_model import START_PHASE_RAD, TrialModel
+from fitting.trial_model import TrialModel
 from swimcal.errors import NotEnoughData, SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, DRY
 from swimcal.session_file import CameraSpec
@@ -336,7 +336,7 @@ def _clamp(twin: Twin) -> Twin:
 
 def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     doubted = perturbed_robots(twin)
-    return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))
+    return SessionModel(tuple(TrialModel.of(twin, trial, doubted, with_course=True) for trial in trials))
 
 
 # The recordings that the model is made of.

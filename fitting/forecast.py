@@ -155,7 +155,7 @@ class Windows:
         Raises:
             NotEnoughData: nose and neck are hardly seen in the kept frames.
         """
-        late = replace(mode.model.trials[0], trial=replace(trial, frequency=trial.start_frequency))
+        late = mode.model.trials[0].of_other(replace(trial, frequency=trial.start_frequency))
         known = trial.known & (trial.time_s > SETTLED_S)
         early = replace(late, trial=replace(late.trial, kept=known))
         try:

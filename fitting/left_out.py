@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import START_PHASE_RAD, TrialModel, trajectories_together
+from fitting.trial_model import TrialModel, trajectories_together
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
@@ -80,7 +80,7 @@ def followed_trials(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[M
     Raises:
         NotEnoughData: no twin can swim any of them.
     """
-    models = [TrialModel(twin, trial, START_PHASE_RAD) for trial in trials]
+    models = [TrialModel.of(twin, trial) for trial in trials]
     points = np.vstack([PUBLISHED_COEFFICIENTS, *(np.full(5, share * COEFFICIENT_BOUNDS[1]) for share in _TRIED)])
     swum = trajectories_together(models, points)
     stands = [bool(np.isfinite(each.marker_m).all(axis=(1, 2, 3)).any()) for each in swum]

@@ -27,6 +27,7 @@ from swimcal.runs import Trajectories
 
 # The mode
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
+_FINER = 8  # steps in the time of one, from which the error of the time step follows
 _ENDS_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
 AS_LIKELY = 2.0
 """Log density within which two ends are as likely."""
@@ -178,9 +179,9 @@ def time_step_errors(
 ) -> list[np.ndarray]:
     """Return, for each trial, what simulated features (k,) lack against a vanishing time step, at coefficients (5,).
 
-    It is twice the change from whole to half steps, as the integrator is of first order (Richardson 1911). The
-    coefficients belong to the twin as it is stepped, so that a calibrated model swims as it was fitted; the error
-    widens intervals.
+    It follows from the change to an eighth of a step, as the integrator is of first order in the limit (Richardson
+    1911); half steps are not fine enough to tell in which direction the features move. A calibrated model swims with
+    whole steps, water does not: the coefficients may be those of either, so the error widens intervals.
 
     Args:
         trials: the trials.
@@ -188,10 +189,11 @@ def time_step_errors(
         motions: what swims there with whole steps, in each trial.
     """
     twin = trials[0].twin
-    finer = twin.at_step(twin.scene.timestep_s / 2)
+    finer = twin.at_step(twin.scene.timestep_s / _FINER)
     whole = [trial.features_of(motion) for trial, motion in zip(trials, motions, strict=True)]
-    half = simulated_together([replace(trial, twin=finer) for trial in trials], coefficients[None])
-    return [2 * np.nan_to_num(after[0] - before[0]) for before, after in zip(whole, half, strict=True)]
+    fine = simulated_together([replace(trial, twin=finer) for trial in trials], coefficients[None])
+    vanishing = _FINER / (_FINER - 1)
+    return [vanishing * np.nan_to_num(after[0] - before[0]) for before, after in zip(whole, fine, strict=True)]
 
 
 def coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:

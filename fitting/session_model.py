@@ -19,7 +19,7 @@ from fitting.picture_scale import box_columns
 from fitting.ring import Ring
 from fitting.structure import ParameterUncertainty, assumed, perturbed_twins, uncertainties_of
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import START_PHASE_RAD, Roll, TrialModel, sensitivities_together, simulated_together
+from fitting.trial_model import Roll, TrialModel, sensitivities_together, simulated_together
 from swimcal.twin import Twin
 
 
@@ -93,7 +93,7 @@ class SessionModel:
         """
         doubts = uncertainties_of(assumed(twin.robot).sources) if doubts is None else doubts
         doubted = perturbed_twins(twin, doubts)
-        return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
+        return cls(tuple(TrialModel.of(twin, trial, doubted, with_course) for trial in trials))
 
     def rolling(self, roll: Roll) -> "SessionModel":
         """Return the same with another roll of the hull."""

@@ -36,6 +36,7 @@ from fitting.trial_checks import (
     check_clock_and_scale,
     check_lasting,
     motion_flags,
+    reach_along_tail,
     rest_flags,
     sight_flags,
     unread_flags,
@@ -266,13 +267,14 @@ def measure_trial(
         )
     rests: tuple[Flag, ...] = ()
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
+    reach = reach_along_tail(robot, [markers_of(tracks)[marker] for marker in tail])
     trusted = head_is_trusted(markers_of(tracks), quality.weight)
     weight = quality.weight * trusted[:, None]
     head = head_frame(markers_of(tracks), position_m, trusted)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     flags = check_clock_and_scale(recorded_s, camera, robot)
     beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat, robot, LEAST_OF_PART)
+    check_beat(beat, robot, reach, LEAST_OF_PART)
     used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
     if used != slice(0, len(recorded_s)):
         check_lasting(recorded_s, used, beat)
@@ -282,7 +284,7 @@ def measure_trial(
     time_s = tracks.time.values - tracks.time.values[0]
     if rests:
         beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat, robot)
+    check_beat(beat, robot, reach)
     motor = None if motor is None else motor.against(beat, tracks.time.values)
     turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)

@@ -39,7 +39,8 @@ LEAST_OF_PART = 0.2
 _OF_BEATS = 5.0
 _LEAST_SWING = 0.02  # relative to the robot's length: published swims have 0.09 and more, lasting noise up to 0.02
 _CLEAR_BEATS = 3.0  # least number of beats of a clear one, which may be small
-_LEAST_CLEAR = 0.004  # least swing of a clear beat, relative to the robot's length
+_LEAST_CLEAR = 0.004  # least swing of a clear beat at the end of the fin, relative to the robot's length
+_LEAST_REACH = 0.1  # no nearer to the tail's root is less swing expected
 _LEAST_OF_FEW = 0.75  # least share of its motion that a beat explains in few beats
 _LEAST_BEATS = 2.0  # least number of beats in a row
 _BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
@@ -77,19 +78,34 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     return (Flag("scale_off_robot", message=message),)
 
 
-def check_beat(beat: SwimFrequency, robot: RobotSpec, least_explained: float = LEAST_EXPLAINED) -> None:
+def reach_along_tail(robot: RobotSpec, markers: Sequence[str]) -> float:
+    """Return how far back the last of some markers sits: 0 at the tail's root, 1 at the end of the fin.
+
+    Args:
+        robot: the robot.
+        markers: names of the markers, at least one.
+    """
+    last_m = max(robot.markers[name].position_m[0] for name in markers)
+    root_m, end_m = robot.tail.start_m, robot.fin_root_x_m + robot.caudal_fin.length_m
+    return float(np.clip((last_m - root_m) / (end_m - root_m), 0.0, 1.0))
+
+
+def check_beat(
+    beat: SwimFrequency, robot: RobotSpec, reach: float = 1.0, least_explained: float = LEAST_EXPLAINED
+) -> None:
     """Check that a tail beats, and that its beat explains most of its motion, or at least some share of it.
 
     Args:
         beat: the beat.
         robot: the robot.
+        reach: how far back its last marker sits, see `reach_along_tail`: near the root a tail hardly swings.
         least_explained: least share of the motion that the beat explains.
 
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
     clear = beat.explained >= CLEAR and beat.beats >= _CLEAR_BEATS
-    least = _LEAST_CLEAR if clear else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    least = _LEAST_CLEAR * max(reach, _LEAST_REACH) if clear else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
     least_m = least * robot.length_m
     if beat.swing_m < least_m:
         raise NotEnoughData(

@@ -20,9 +20,11 @@ import numpy as np
 
 from fitting.features import OF_A_MARKER, SPEED, FeatureReader, advance_phase, marker_slice, phase_between
 from fitting.noise import FeatureNoise, noise_of
+from fitting.phase import phase_from_harmonic
 from fitting.structure import PerturbedTwin
 from fitting.trial import MeasuredTrial
 from swimcal.effects.water import NATURAL_ROLL_HZ, HullRoll, RollingHull
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS
 from swimcal.robot import RobotSpec
 from swimcal.runs import MarkerKinematics, Runs, Trajectories
 from swimcal.twin import Twin, simulate_together
@@ -37,7 +39,7 @@ ROLL_STEP = 0.1
 
 # One trial
 _OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")  # what a roll of the hull does not change
-START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
+START_PHASE_RAD = 1.0  # crank phase at time 0 of simulations whose crank turns evenly
 START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step
 PLACE_SD_M = 0.05  # sd of the whole fish about its smooth path
@@ -117,7 +119,7 @@ class TrialModel:
     Attributes:
         twin: the twin, with the trial's markers.
         trial: the trial.
-        phase_rad: crank phase that simulations start from; they are then put in step.
+        phase_rad: crank phase that simulations start from, see `starting_phase`; they are then put in step.
         doubted: twins of robots that differ as the robot may.
         with_course: whether features hold how straight the fish goes.
         roll: roll of the hull, with which simulated markers swing.
@@ -129,6 +131,24 @@ class TrialModel:
     doubted: tuple[PerturbedTwin, ...] = ()
     with_course: bool = False
     roll: Roll = NO_ROLL
+
+    @classmethod
+    def of(
+        cls, twin: Twin, trial: MeasuredTrial, doubted: tuple[PerturbedTwin, ...] = (), with_course: bool = False
+    ) -> "TrialModel":
+        """Build the model of a trial, with the crank where it was at time 0.
+
+        Args:
+            twin: the twin, with the trial's markers.
+            trial: the trial.
+            doubted: twins of robots that differ as the robot may.
+            with_course: whether features hold how straight the fish goes.
+        """
+        return cls(twin, trial, starting_phase(twin, trial), doubted, with_course)
+
+    def of_other(self, trial: MeasuredTrial) -> "TrialModel":
+        """Return the model of another trial of the same robot, with the crank where it was at that trial's time 0."""
+        return replace(self, trial=trial, phase_rad=starting_phase(self.twin, trial))
 
     def rolling(self, roll: Roll) -> "TrialModel":
         """Return the same with another roll; what is known of the measured tracks is not computed anew."""
@@ -307,6 +327,24 @@ class TrialModel:
         """Return the kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
         axis = 1 if series.ndim == 4 and series.shape[-2:] != (2, 2) else 0
         return np.compress(self.trial.kept[: series.shape[axis]], series, axis=axis)
+
+
+def starting_phase(twin: Twin, trial: MeasuredTrial) -> float:
+    """Return the crank phase at time 0 that simulations of a trial start from, rad.
+
+    A crank that turns evenly may start anywhere, as features are put in step afterwards. A measured turn is faster here
+    and slower there in each beat: it must begin where the crank was, which the tail tells, but for some hundredths of a
+    beat by which the lag of the tail differs from that with the published coefficients.
+
+    Args:
+        twin: the twin, with the trial's markers.
+        trial: the trial.
+    """
+    if trial.turn is None:
+        return START_PHASE_RAD
+    with np.errstate(invalid="ignore"):
+        found = float(phase_from_harmonic(twin, trial, np.array([PUBLISHED_COEFFICIENTS]), trial.start_frequency.hz)[0])
+    return found if np.isfinite(found) else START_PHASE_RAD
 
 
 @lru_cache(maxsize=32)

@@ -192,7 +192,7 @@ class _Both:
         job = self._changed.job
         spec = TrialSpec(name=trial.name, kind="swim", commanded_hz=trial.commanded_hz, role="fit")
         other = measure_trial(spec, tracks, job.session.camera, job.robot, WARMUP_S)
-        return TrialModel(model.twin, other, model.phase_rad, model.doubted, with_course=True)
+        return TrialModel.of(model.twin, other, model.doubted, with_course=True)
 
     def _data(self, pipeline: Pipeline) -> SessionData:
         pipeline.recordings.tracks()

@@ -32,7 +32,7 @@ from fitting.signatures import (
     signature_of,
 )
 from fitting.trial import MeasuredTrial, measure_trial
-from fitting.trial_model import START_PHASE_RAD, TrialModel
+from fitting.trial_model import TrialModel
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Effect
@@ -128,7 +128,7 @@ class SessionRows:
         """Build the rows from recordings of the base state of all trials, without noise."""
         twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
         doubted = perturbed_robots(twin)
-        trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
+        trials = (TrialModel.of(twin, trial, doubted) for trial in measured(drawn, base, role))
         return cls(drawn, role, SessionModel(tuple(trials)), discrepancy, given)
 
     @cached_property

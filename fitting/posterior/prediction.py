@@ -7,7 +7,7 @@ everything that differs between the twin and a trial. Features are compared in s
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -150,7 +150,7 @@ def predict_sweep(
     for number, hz in enumerate(frequency_hz):
         tell("predicting the speed over frequency", number / len(frequency_hz))
         trial = imagined(first.twin, first.trial, mode.coefficients, float(hz), START_SPEED_M_S, seconds)
-        window = replace(first, trial=trial)
+        window = first.of_other(trial)
         block = block_of(mode, window, scatter)
         mean, covariance = _predict(posterior, block, draws, _simulate(mode, block, draws))
         speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])

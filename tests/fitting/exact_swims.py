@@ -59,7 +59,7 @@ def exact_swims(
     twin = Twin(robot, FISHSIM_MARKERS)
     marker_m = twin.simulate(runs, time_s).marker_m
     noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random, lasts_s)
-    return tuple(_trial(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))
+    return tuple(measured_swim(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))
 
 
 def exact_dry_run(hz: float = 1.0, seconds: float = 5.0, noise_m: float = 0.0, seed: int = 0) -> MeasuredTrial:
@@ -68,7 +68,7 @@ def exact_dry_run(hz: float = 1.0, seconds: float = 5.0, noise_m: float = 0.0, s
     runs = Runs(np.array([PLAUSIBLE_COEFFICIENTS], float), np.array([hz]), np.zeros(1))
     marker_m = Twin(ROBOT, FISHSIM_MARKERS, DRY, 1).simulate(runs, time_s).marker_m
     noise = noise_m * lasting_noise(marker_m.shape, np.random.default_rng(seed), 1 / 3)
-    return _trial(f"dry{hz:.2f}", hz, (marker_m + noise)[0])
+    return measured_swim(f"dry{hz:.2f}", hz, (marker_m + noise)[0])
 
 
 def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: float) -> np.ndarray:
@@ -81,7 +81,7 @@ def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: 
     return fresh
 
 
-def _trial(name: str, hz: float, position_m: np.ndarray) -> MeasuredTrial:
+def measured_swim(name: str, hz: float, position_m: np.ndarray) -> MeasuredTrial:
     n = len(position_m)
     time_s = np.arange(n) / FPS
     beat = SwimFrequency(hz, 1e-3, 0.0, 0.05, 1.0, float(time_s[-1]), 1.0)

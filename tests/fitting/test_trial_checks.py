@@ -151,6 +151,18 @@ def test_a_clear_beat_may_be_small() -> None:
     assert measured(time_s, small).frequency.hz == pytest.approx(1.0, rel=5e-3)
 
 
+def test_near_its_root_a_tail_hardly_swings() -> None:
+    """A clear beat of less than 0.4 % of the length is one, where no marker sits further back."""
+    names = ("nose", "neck", "tail_1")
+    time_s, position_px = swim(seconds=9.0, noise_px=0.05)
+    seen = position_px[:, [FISHSIM_MARKERS.index(name) for name in names]]
+    rigid = seen[:, :1] + (seen[:, 1:2] - seen[:, :1]) * (0.2995 / 0.142)
+    seen[:, 2:] = rigid + 0.0015 * PX_PER_M * np.array([0.0, 1.0]) * np.sin(2 * np.pi * time_s)[:, None, None]
+    trial = measured(time_s, seen, markers=names)
+    assert trial.frequency.hz == pytest.approx(1.0, rel=5e-3)
+    assert 0.001 < trial.frequency.swing_m < 0.004 * ROBOT.length_m
+
+
 def test_a_fish_that_leaves_the_picture_does_not_stand_still() -> None:
     time_s, position_px = swim(seconds=8.0)
     trial = measured(time_s, lose(position_px, FISHSIM_MARKERS, slice(300, None)))
