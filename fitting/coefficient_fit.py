@@ -72,8 +72,8 @@ class CoefficientFit:
 
     Attributes:
         coefficients: the five fluid coefficients at the mode.
-        interval: (5, 2) 90 % interval of each by the curvature at the mode, and about other ends of the search that are
-            as likely; within the bounds.
+        interval: (5, 2) 90 % interval of each by the curvature at the mode, by how far steps from points about it lead
+            apart, and about other ends of the search that are as likely; within the bounds.
         components: standard deviation of each variance component, by name (see `fitting.covariance`).
         roll: roll of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
         ends: where every start of the search ended, the best first.
@@ -117,7 +117,7 @@ def fit_coefficients(
     began = time.perf_counter()
     ordered = sorted(trials, key=lambda trial: trial.name)
     mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
-    reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
+    reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance) + mode.spread**2)
     likely = np.array([mode.coefficients, *(end.coefficients for end in mode.disagree)])
     ends = np.column_stack([likely.min(axis=0) - reach, likely.max(axis=0) + reach])
     interval = np.clip(ends, *COEFFICIENT_BOUNDS)

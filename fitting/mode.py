@@ -27,8 +27,9 @@ from swimcal.runs import Trajectories
 
 # The mode
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
-_FINER = 8  # steps in the time of one, from which the error of the time step follows
 _ENDS_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
+FINER = 8
+"""Steps in the time of one, from which the error of the time step follows."""
 AS_LIKELY = 2.0
 """Log density within which two ends are as likely."""
 
@@ -70,6 +71,7 @@ class Mode:
         jacobian: (K, 5) of the simulated features.
         ends: ends of all starts, the best first.
         simulations: how often the trials were simulated.
+        spread: (5,) standard deviations of where single steps from points about the mode lead: 0 of a linear twin.
     """
 
     model: SessionModel
@@ -81,6 +83,7 @@ class Mode:
     jacobian: np.ndarray
     ends: tuple[SearchEnd, ...]
     simulations: int
+    spread: np.ndarray
 
     @property
     def roll(self) -> Roll:
@@ -144,14 +147,20 @@ def mode_at(
     residual = model.measured - model.simulated(coefficients[None])[0]
     jacobian = jacobian_at(model.trials, coefficients)
     covariance = Covariance.of(blocks)
-    return Mode(model, coefficients, sizes, covariance, blocks, residual, jacobian, ends, simulations=0)
+    return Mode(model, coefficients, sizes, covariance, blocks, residual, jacobian, ends, 0, np.zeros(5))
 
 
-def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
-    """Return the blocks of the fitted trials, with their sensitivities at coefficients (5,)."""
+def blocks_at(model: SessionModel, coefficients: np.ndarray, finer: int = FINER) -> tuple[Block, ...]:
+    """Return the blocks of the fitted trials, with their sensitivities at coefficients (5,).
+
+    Args:
+        model: the trials.
+        coefficients: (5,) where.
+        finer: steps in the time of one, from which the error of the time step follows.
+    """
     motions = trajectories_together(model.trials, coefficients[None])
     sensitivities = sensitivities_together(model.trials, coefficients, motions)
-    trials = zip(model.trials, sensitivities, time_step_errors(model.trials, coefficients, motions), strict=True)
+    trials = zip(model.trials, sensitivities, time_step_errors(model.trials, coefficients, motions, finer), strict=True)
     return tuple(
         Block(each, own, each.noise_covariance, time_step, number, each.measured)
         for number, (each, own, time_step) in enumerate(trials)
@@ -175,24 +184,25 @@ def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.nd
 
 
 def time_step_errors(
-    trials: Sequence[TrialModel], coefficients: np.ndarray, motions: Sequence[Trajectories]
+    trials: Sequence[TrialModel], coefficients: np.ndarray, motions: Sequence[Trajectories], finer: int = FINER
 ) -> list[np.ndarray]:
     """Return, for each trial, what simulated features (k,) lack against a vanishing time step, at coefficients (5,).
 
     It follows from the change to an eighth of a step, as the integrator is of first order in the limit (Richardson
-    1911); half steps are not fine enough to tell in which direction the features move. A calibrated model swims with
+    1911); half steps are too coarse to tell in which direction the features move. A calibrated model swims with
     whole steps, water does not: the coefficients may be those of either, so the error widens intervals.
 
     Args:
         trials: the trials.
         coefficients: (5,).
         motions: what swims there with whole steps, in each trial.
+        finer: steps in the time of one that are compared with it.
     """
     twin = trials[0].twin
-    finer = twin.at_step(twin.scene.timestep_s / _FINER)
+    stepped = twin.at_step(twin.scene.timestep_s / finer)
     whole = [trial.features_of(motion) for trial, motion in zip(trials, motions, strict=True)]
-    fine = simulated_together([replace(trial, twin=finer) for trial in trials], coefficients[None])
-    vanishing = _FINER / (_FINER - 1)
+    fine = simulated_together([replace(trial, twin=stepped) for trial in trials], coefficients[None])
+    vanishing = finer / (finer - 1)
     return [vanishing * np.nan_to_num(after[0] - before[0]) for before, after in zip(whole, fine, strict=True)]
 
 

@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from fitting.covariance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.features import SPEED
-from fitting.mode import AS_LIKELY, Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
+from fitting.mode import AS_LIKELY, FINER, Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.progress import Progress
 from fitting.session_model import SessionModel
 from fitting.trial_model import NO_ROLL, ROLL_SD, Roll, trajectories_together
@@ -38,6 +38,9 @@ _HOPS = 2  # hops from the end of the best descent
 _HOPPED = 32  # points of each hop
 _WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
+_COARSE = 2  # steps in the time of one, from which the error of the time step follows until a descent settles
+_SETTLED, _SETTLING = 2, 4  # how often nuisances are then simulated anew, and rounds after each time
+_SD_OF_MEDIAN = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
 _ALONG = 8  # rounds along the boundary of twins that swim forward from rest
@@ -83,7 +86,7 @@ def find_mode(
         descent.look_back()
     while not (found := sorted(descents, key=_rank))[0].done:
         found[0].run(_ROUNDS)
-    found[0] = found[0].hop(seed).follow_boundary().pass_through(seed)
+    found[0] = found[0].settle().hop(seed).follow_boundary().pass_through(seed)
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -108,6 +111,7 @@ class _Descent:
 
     Attributes:
         log_density: log density where it is; -inf where the twin diverged on the way.
+        spread: (5,) how far single steps from points about the end lead apart, once it was looked at.
         promise: log density where the next step would lead, were the twin linear and every step allowed: that of the
             variance components, with the coefficients integrated out.
     """
@@ -115,12 +119,13 @@ class _Descent:
     def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
         self.model, self.start, self.simulated = model, start, 0
         self.forward = bool(model.swim_forward(start[None])[0])
-        self._blocks, self._covariance = blocks, Covariance.of(blocks)
+        self._blocks, self._covariance, self._finer = blocks, Covariance.of(blocks), _COARSE
         self.log_density, self.promise, self._round, self._converged = -np.inf, -np.inf, 0, False
         self._at, self._sizes = start, dict(MEDIANS)
         self._trajectories = trajectories_together(model.trials, start[None])
         self._jacobian, self._sloped = np.zeros((0, 5)), False
         self._follows_boundary, self._refused, self._blocked = False, False, False
+        self.spread = np.zeros(5)
 
     @property
     def done(self) -> bool:
@@ -147,7 +152,10 @@ class _Descent:
             scatter = _scatter(columns)
             wide = np.repeat(_WIDE, _HOPPED // len(_WIDE))[:, None]
             drawn = best._at + wide * random.standard_normal((_HOPPED, 5)) @ scatter
-            there = best._best(np.clip(drawn, *COEFFICIENT_BOUNDS), root)
+            drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
+            told, rows = best._swim_at(drawn)
+            best.spread = best._spread_of_ends(drawn, rows, root, columns)
+            there = best._best_of(drawn, told, rows, root)
             self.simulated = best.simulated
             if there is None:
                 break
@@ -194,11 +202,8 @@ class _Descent:
         drawn = drawn[self.model.swim_forward(drawn)]
         if not len(drawn):
             return
-        told = trajectories_together(self.model.trials, drawn)
-        self.simulated += len(drawn)
-        rows = np.hstack([trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)])
-        white = solve_triangular(root, np.nan_to_num(self.model.measured - rows, nan=1e3).T, lower=True)
-        best = int((white**2).sum(axis=0).argmin())
+        told, residuals = self._swim_at(drawn)
+        best = int((solve_triangular(root, residuals.T, lower=True) ** 2).sum(axis=0).argmin())
         self._at = drawn[best]
         self._trajectories = [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
         self._jacobian, self._sloped, self._converged, self.forward = np.zeros((0, 5)), False, False, True
@@ -224,10 +229,7 @@ class _Descent:
 
     def _step(self) -> None:
         if self._round in _RENEWED:
-            blocks = blocks_at(self.model, self._at)
-            self.simulated += 16
-            if all(map(_is_finite, blocks)):  # next to it a twin may diverge
-                self._blocks, self._covariance = blocks, Covariance.of(blocks)
+            self._renew()
         self._look()
         jacobian = self._jacobian
         others = self._covariance.without_roll(self._sizes) + COEFFICIENT_SD**2 * jacobian @ jacobian.T
@@ -242,6 +244,27 @@ class _Descent:
         still = length is not None and np.hypot(length, rolled) < _STILL
         self._converged = bool(still) and self._round >= _RENEWED[0]
         self._round += 1
+
+    def _renew(self) -> None:
+        """Simulate the nuisances anew at the present point, unless a twin next to it diverges."""
+        blocks = blocks_at(self.model, self._at, self._finer)
+        self.simulated += 14 + self._finer
+        if all(map(_is_finite, blocks)):
+            self._blocks, self._covariance = blocks, Covariance.of(blocks)
+
+    def settle(self) -> "_Descent":
+        """Go on with the error of the time step as it is in fine steps.
+
+        Far from the end it would lead astray: it changes with the coefficients, and no step accounts for that.
+        """
+        if not np.isfinite(self.log_density):
+            return self
+        self._finer = FINER
+        for _ in range(_SETTLED):
+            self._renew()
+            self._converged = False
+            self.run(self._round + _SETTLING)
+        return self
 
     def _slope_on(self, before: np.ndarray, residual: np.ndarray, root: np.ndarray) -> float | None:
         """Update the Jacobian after a step, and return the step's length; None to try it again.
@@ -291,7 +314,7 @@ class _Descent:
         """Mode at the present point."""
         end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward, self._refused)
         look = self._covariance, self._blocks, self._residual, self._jacobian
-        return Mode(self.model, self._at, self._sizes, *look, (end,), self.simulated)
+        return Mode(self.model, self._at, self._sizes, *look, (end,), self.simulated, self.spread)
 
     def _start_roll(self, total: np.ndarray) -> None:
         """Begin with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
@@ -353,14 +376,39 @@ class _Descent:
 
     def _best(self, tried: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, list[Trajectories]] | None:
         """Return the point (5,) of (s, 5) with the least whitened residual, and what swims there; None if no gain."""
-        if not len(tried):
-            return None
+        return self._best_of(tried, *self._swim_at(tried), root) if len(tried) else None
+
+    def _swim_at(self, tried: np.ndarray) -> tuple[list[Trajectories], np.ndarray]:
+        """Return what swims at points (s, 5), in each trial, and the residuals there (s, K)."""
         told = trajectories_together(self.model.trials, tried)
         self.simulated += len(tried)
-        rows = self.model.measured - np.hstack(
-            [trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)]
-        )
-        rows = np.vstack([self._residual, np.nan_to_num(rows, nan=1e3)])
+        rows = np.hstack([trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)])
+        return told, np.nan_to_num(self.model.measured - rows, nan=1e3)
+
+    def _spread_of_ends(
+        self, drawn: np.ndarray, residuals: np.ndarray, root: np.ndarray, columns: np.ndarray
+    ) -> np.ndarray:
+        """Return how far single steps from points about the end lead apart, as standard deviations (5,).
+
+        Were the twin linear, each would lead to the end itself. The median serves, as some twins near it may settle in
+        another steady state.
+
+        Args:
+            drawn: (s, 5) the points.
+            residuals: (s, K) there.
+            root: (K, K) of the covariance.
+            columns: (K, 5) whitened Jacobian at the end.
+        """
+        white = solve_triangular(root, residuals.T, lower=True)
+        scatter = _scatter(columns)
+        ends = drawn + (scatter.T @ scatter @ (columns.T @ white)).T
+        return np.asarray(_SD_OF_MEDIAN * np.median(np.abs(ends - np.median(ends, axis=0)), axis=0))
+
+    def _best_of(
+        self, tried: np.ndarray, told: Sequence[Trajectories], residuals: np.ndarray, root: np.ndarray
+    ) -> tuple[np.ndarray, list[Trajectories]] | None:
+        """Return what `_best` does, where the twins of the points swim so with such residuals (s, K)."""
+        rows = np.vstack([self._residual, residuals])
         now, *squares = (solve_triangular(root, rows.T, lower=True) ** 2).sum(axis=0)
         for best in np.argsort(squares):
             if squares[best] >= now:
@@ -422,7 +470,7 @@ def _choose_promising(
     wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
     misfit = (speed**2 + wave**2).sum(axis=-1)
     for first in (i for i in np.argsort(misfit) if np.isfinite(misfit[i])):
-        blocks = blocks_at(model, points[first])
+        blocks = blocks_at(model, points[first], _COARSE)
         if all(map(_is_finite, blocks)):
             break
     else:

@@ -105,7 +105,11 @@ def check_beat(
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
     clear = beat.explained >= CLEAR and beat.beats >= _CLEAR_BEATS
-    least = _LEAST_CLEAR * max(reach, _LEAST_REACH) if clear else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    least = (
+        _LEAST_CLEAR * max(reach, _LEAST_REACH)
+        if clear
+        else _LEAST_SWING * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    )
     least_m = least * robot.length_m
     if beat.swing_m < least_m:
         raise NotEnoughData(
