@@ -60,6 +60,11 @@ def mode(drawn: DrawnSession) -> Mode:
     return mode_of(drawn)
 
 
+def test_steps_from_points_about_the_mode_lead_apart_by_less_than_its_error(mode: Mode) -> None:
+    assert (mode.spread > 0).all()
+    assert (mode.spread < np.sqrt(np.diag(mode.coefficient_covariance))).all()
+
+
 def test_next_to_a_second_steady_state_the_start_does_not_explain_any_speed(mode: Mode) -> None:
     """Of this water the slope at 0.8 Hz is 0.3 m/s for a standard deviation of the start, a centimetre a second."""
     slow = mode.model.trials[1]
