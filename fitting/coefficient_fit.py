@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fitting.features import SPEED
 from fitting.forecast import NORMAL_90
-from fitting.mode import Mode, SearchEnd
+from fitting.mode import FINER, Mode, SearchEnd
 from fitting.progress import Progress
 from fitting.search import find_mode
 from fitting.session_model import SessionModel
@@ -29,6 +30,7 @@ _WIDE = 2.5
 _WIDE_BY = 0.5
 _CUT_OFF_SD = 0.37  # standard deviations from a bound within which an interval is cut off by it
 NAMES = FluidCoefficients._fields
+_STEP_OFF = 0.05  # share of the speed by which the time step may change it
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
@@ -79,7 +81,8 @@ class CoefficientFit:
         ends: where every start of the search ended, the best first.
         simulations: how often the fit trials were simulated.
         seconds: wall time of the search.
-        flags: bounds hit, not converged, starts that disagree, coefficients that the data do not determine.
+        flags: bounds hit, not converged, starts that disagree, coefficients that the data do not determine, a time step
+            that changes the speed.
     """
 
     coefficients: FluidCoefficients
@@ -129,9 +132,28 @@ def fit_coefficients(
         ends=mode.ends,
         simulations=mode.simulations,
         seconds=time.perf_counter() - began,
-        flags=_flags(mode, interval),
+        flags=(*_flags(mode, interval), *time_step_flags(mode)),
     )
     return fit, mode
+
+
+def time_step_flags(mode: Mode) -> tuple[Flag, ...]:
+    """Flag a twin that swims at another speed with its time step than with fine steps, by the worst of the fit trials.
+
+    Args:
+        mode: the fit.
+    """
+    share = {each.model.trial.name: float(-each.time_step[SPEED] / each.features[SPEED]) for each in mode.blocks}
+    worst = max(share, key=lambda name: abs(share[name]))
+    if abs(share[worst]) < _STEP_OFF:
+        return ()
+    step_ms = 1000 * mode.model.trials[0].twin.scene.timestep_s
+    message = (
+        f"with its time step of {step_ms:g} ms the twin is {100 * abs(share[worst]):.0f} % too "
+        f"{'fast' if share[worst] > 0 else 'slow'} in {worst}, against fine steps: the coefficients are those of "
+        f"water. Simulate the exported file with a step of {step_ms / FINER:.2g} ms"
+    )
+    return (Flag("time_step", message=message),)
 
 
 def is_no_drag(name: str, bound: float) -> bool:

@@ -82,6 +82,7 @@ FLAG_KINDS: dict[str, str] = {
     "no_ebt": "the tail does not show what elongated body theory needs",
     "few_beats": "too few beats for a frequency to be trusted",
     "swims_backward": "started from rest, the fitted twin swims backward",
+    "time_step": "with its time step the twin swims at another speed than with fine steps",
     "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",
     "emulator_off": "the emulator of the twin misses it by more than it may",
     "model_discrepancy": "the twin itself is off by more than noise and nuisances explain",

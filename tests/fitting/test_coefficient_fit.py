@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import norm, truncnorm
 
 from fitting import search
-from fitting.coefficient_fit import Marginal, _flags, fit_coefficients
+from fitting.coefficient_fit import Marginal, _flags, fit_coefficients, time_step_flags
 from fitting.forecast import NORMAL_90
 from fitting.mode import SearchEnd
 from swimcal.mjcf import FluidCoefficients
@@ -94,3 +94,16 @@ def test_an_interval_that_a_bound_shortens_says_so(beyond_sd: float, sd: float) 
     found = Marginal(mean=mean, sd=spread, q05=low, q95=high, ess_bulk=1e3, r_hat=1.0, determined=True)
     shortened = (mean + NORMAL_90 * sd - high) / (high - low) > 0.1
     assert (found.at_bounds == (bound,)) == shortened
+
+
+@pytest.mark.parametrize(("lacks", "told"), [(-0.012, "12 % too fast in b"), (0.02, "20 % too slow in b"), (0.004, "")])
+def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str) -> None:
+    def block(name: str, time_step: float) -> SimpleNamespace:
+        trial = SimpleNamespace(trial=SimpleNamespace(name=name), twin=exact_twin())
+        return SimpleNamespace(model=trial, time_step=np.array([time_step]), features=np.array([0.1]))
+
+    blocks = (block("a", 0.001), block("b", lacks))
+    mode = SimpleNamespace(blocks=blocks, model=SimpleNamespace(trials=[each.model for each in blocks]))
+    found = time_step_flags(mode)  # type: ignore[arg-type]
+    assert [flag.kind for flag in found] == (["time_step"] if told else [])
+    assert all(told in flag.message and "0.56 ms" in flag.message for flag in found)
