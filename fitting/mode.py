@@ -29,7 +29,7 @@ from swimcal.runs import Trajectories
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
 _ENDS_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
 FINER = 8
-"""Steps in the time of one, from which the error of the time step follows."""
+"""Fine steps in one step of the twin: what they change tells the error of the step."""
 AS_LIKELY = 2.0
 """Log density within which two ends are as likely."""
 
@@ -156,7 +156,7 @@ def blocks_at(model: SessionModel, coefficients: np.ndarray, finer: int = FINER)
     Args:
         model: the trials.
         coefficients: (5,) where.
-        finer: steps in the time of one, from which the error of the time step follows.
+        finer: number of fine steps in one step of the twin, see `time_step_errors`.
     """
     motions = trajectories_together(model.trials, coefficients[None])
     sensitivities = sensitivities_together(model.trials, coefficients, motions)
@@ -188,15 +188,15 @@ def time_step_errors(
 ) -> list[np.ndarray]:
     """Return, for each trial, what simulated features (k,) lack against a vanishing time step, at coefficients (5,).
 
-    It follows from the change to an eighth of a step, as the integrator is of first order in the limit (Richardson
-    1911); half steps are too coarse to tell in which direction the features move. A calibrated model swims with
+    It follows from the change to fine steps, as the integrator is of first order in the limit (Richardson 1911); half
+    steps are too coarse to tell in which direction the features move. A calibrated model swims with
     whole steps, water does not: the coefficients may be those of either, so the error widens intervals.
 
     Args:
         trials: the trials.
         coefficients: (5,).
         motions: what swims there with whole steps, in each trial.
-        finer: steps in the time of one that are compared with it.
+        finer: number of fine steps in one step of the twin that are compared with it.
     """
     twin = trials[0].twin
     stepped = twin.at_step(twin.scene.timestep_s / finer)

@@ -3,7 +3,8 @@
 `find_mode` searches: coefficients by Gauss-Newton, variance components by restricted likelihood. The two take turns.
 Each step of the coefficients is that of generalised least squares in the covariance so far, within the bounds (Stark
 and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many starts, the likeliest of points all over
-the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
+the box, race against each other; the winner is refined with fine time steps and hops about in what the trials allow,
+for the twin is rough.
 """
 
 from collections.abc import Sequence
@@ -38,8 +39,8 @@ _HOPS = 2  # hops from the end of the best descent
 _HOPPED = 32  # points of each hop
 _WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
-_COARSE = 2  # steps in the time of one, from which the error of the time step follows until a descent settles
-_SETTLED, _SETTLING = 2, 4  # how often nuisances are then simulated anew, and rounds after each time
+_COARSE = 2  # fine steps in one step of the twin until a descent is refined, see `fitting.mode.FINER`
+_REFINED, _REFINING = 2, 4  # how often nuisances are then simulated anew, and rounds after each time
 _SD_OF_MEDIAN = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
@@ -86,7 +87,7 @@ def find_mode(
         descent.look_back()
     while not (found := sorted(descents, key=_rank))[0].done:
         found[0].run(_ROUNDS)
-    found[0] = found[0].settle().hop(seed).follow_boundary().pass_through(seed)
+    found[0] = found[0].refine().hop(seed).follow_boundary().pass_through(seed)
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -111,9 +112,9 @@ class _Descent:
 
     Attributes:
         log_density: log density where it is; -inf where the twin diverged on the way.
-        spread: (5,) how far single steps from points about the end lead apart, once it was looked at.
         promise: log density where the next step would lead, were the twin linear and every step allowed: that of the
             variance components, with the coefficients integrated out.
+        spread: (5,) standard deviations of where single steps from points about the end lead; 0 before `hop`.
     """
 
     def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
@@ -252,18 +253,18 @@ class _Descent:
         if all(map(_is_finite, blocks)):
             self._blocks, self._covariance = blocks, Covariance.of(blocks)
 
-    def settle(self) -> "_Descent":
-        """Go on with the error of the time step as it is in fine steps.
+    def refine(self) -> "_Descent":
+        """Go on with the error of the time step that fine steps tell, and return this descent.
 
         Far from the end it would lead astray: it changes with the coefficients, and no step accounts for that.
         """
         if not np.isfinite(self.log_density):
             return self
         self._finer = FINER
-        for _ in range(_SETTLED):
+        for _ in range(_REFINED):
             self._renew()
             self._converged = False
-            self.run(self._round + _SETTLING)
+            self.run(self._round + _REFINING)
         return self
 
     def _slope_on(self, before: np.ndarray, residual: np.ndarray, root: np.ndarray) -> float | None:
@@ -407,7 +408,14 @@ class _Descent:
     def _best_of(
         self, tried: np.ndarray, told: Sequence[Trajectories], residuals: np.ndarray, root: np.ndarray
     ) -> tuple[np.ndarray, list[Trajectories]] | None:
-        """Return what `_best` does, where the twins of the points swim so with such residuals (s, K)."""
+        """Return the point (5,) with the least whitened residual, and what swims there; None if no gain.
+
+        Args:
+            tried: (s, 5) the points.
+            told: what swims there, in each trial.
+            residuals: (s, K) there.
+            root: (K, K) of the covariance.
+        """
         rows = np.vstack([self._residual, residuals])
         now, *squares = (solve_triangular(root, rows.T, lower=True) ** 2).sum(axis=0)
         for best in np.argsort(squares):
