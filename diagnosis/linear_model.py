@@ -331,7 +331,7 @@ def scatter_of_launch(model: SessionModel) -> np.ndarray:
 
 
 def _clamp(twin: Twin) -> Twin:
-    return Twin(twin.robot, twin.markers, DRY, twin.workers)
+    return Twin(twin.robot, twin.markers, replace(DRY, timestep_s=twin.scene.timestep_s), twin.workers)
 
 
 def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from fitting.features import SPEED
 from fitting.forecast import NORMAL_90
-from fitting.mode import FINER, Mode, SearchEnd
+from fitting.mode import Mode, SearchEnd
 from fitting.progress import Progress
 from fitting.search import find_mode
 from fitting.session_model import SessionModel
@@ -23,6 +23,7 @@ from fitting.trial import MeasuredTrial
 from fitting.trial_model import Roll
 from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
+from swimcal.robot import SHORTEST_STEP_S
 from swimcal.twin import Twin
 
 # A coefficient is not determined if the ends of its 90 % interval exceed this ratio and this difference.
@@ -31,6 +32,7 @@ _WIDE_BY = 0.5
 _CUT_OFF_SD = 0.37  # standard deviations from a bound within which an interval is cut off by it
 NAMES = FluidCoefficients._fields
 _STEP_OFF = 0.05  # share of the speed by which the time step may change it
+_LEFT_OFF = 0.02  # the step that is advised leaves about this share
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
@@ -147,11 +149,12 @@ def time_step_flags(mode: Mode) -> tuple[Flag, ...]:
     worst = max(share, key=lambda name: abs(share[name]))
     if abs(share[worst]) < _STEP_OFF:
         return ()
-    step_ms = 1000 * mode.model.trials[0].twin.scene.timestep_s
+    step_s = mode.model.trials[0].twin.scene.timestep_s
+    slower = min(np.ceil(abs(share[worst]) / _LEFT_OFF), np.floor(step_s / SHORTEST_STEP_S))
     message = (
-        f"with its time step of {step_ms:g} ms the twin is {100 * abs(share[worst]):.0f} % too "
-        f"{'fast' if share[worst] > 0 else 'slow'} in {worst}, against fine steps: the coefficients are those of "
-        f"water. Simulate the exported file with a step of {step_ms / FINER:.2g} ms"
+        f"with its time step of {1000 * step_s:g} ms the twin is {100 * abs(share[worst]):.0f} % too "
+        f"{'fast' if share[worst] > 0 else 'slow'} in {worst}, against fine steps. Set "
+        f"time_step_s = {step_s / slower:.2g} in the robot's file and fit again; it takes {slower:.0f} times as long"
     )
     return (Flag("time_step", message=message),)
 

@@ -113,7 +113,7 @@ def extrapolation_reason(hz: float, fitted_hz: tuple[float, float]) -> str:
 
 def divergence_reason(hz: float) -> str:
     """Say that the twin cannot be simulated at this frequency."""
-    return f"its simulation diverges at {hz:.3g} Hz: the tendons' springs and this time step do not stand such a beat"
+    return f"its simulation diverges at {hz:.3g} Hz: such a beat wants a shorter time_step_s in the robot's file"
 
 
 def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) -> tuple[Flag, ...]:

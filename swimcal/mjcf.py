@@ -14,7 +14,7 @@ Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
 control. Nothing of it touches the dynamics: the model swims the same trajectory to the last digit, unless it blows up.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import mujoco
@@ -22,13 +22,12 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import elliprd
 
-from swimcal.robot import Point, RobotSpec, Segment
+from swimcal.robot import TIME_STEP_S, Point, RobotSpec, Segment
 
 COEFFICIENT_BOUNDS = (0.0, 10.0)
 """Bounds within which each coefficient is fitted, as published."""
 
 # The robot.
-TIMESTEP_S = 0.0045
 SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
 
 _PLASTIC = (0.33, 0.55, 0.78, 1.0)
@@ -85,7 +84,7 @@ class Scene:
     in_water: bool = True
     head_clamped: bool = False
     with_tendons: bool = True
-    timestep_s: float = TIMESTEP_S
+    timestep_s: float = TIME_STEP_S
 
 
 SWIM = Scene()
@@ -93,18 +92,24 @@ DRY = Scene(in_water=False, head_clamped=True)
 FREE_DECAY = Scene(in_water=False, head_clamped=True, with_tendons=False)
 
 
+def swim_scene(robot: RobotSpec) -> Scene:
+    """Return the scene of a swim, with the time step that the robot's description asks for."""
+    return replace(SWIM, timestep_s=robot.time_step_s)
+
+
 def build_mjcf(
     robot: RobotSpec,
     coefficients: FluidCoefficients = PUBLISHED_COEFFICIENTS,
-    scene: Scene = SWIM,
+    scene: Scene | None = None,
 ) -> mujoco.MjSpec:
     """Build the MJCF of a robot, uncompiled: `.compile()` gives the model, `.to_xml()` the text once compiled.
 
     Args:
         robot: the robot.
         coefficients: MuJoCo's five fluid coefficients, the same for every link.
-        scene: water or air, head free or clamped, tendons or none.
+        scene: water or air, head free or clamped, tendons or none; default: swimming, with the time step of the robot.
     """
+    scene = scene or swim_scene(robot)
     spec = mujoco.MjSpec()
     spec.modelname = robot.name
     _set_options(spec, robot, scene)

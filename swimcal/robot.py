@@ -30,6 +30,10 @@ Mass = Annotated[float, Field(ge=1e-6, le=100.0)]
 AddedMass = Annotated[float, Field(ge=0.0, le=100.0)]  # 0: there is none
 Point = tuple[Coordinate, Coordinate, Coordinate]  # x, y, z in the robot frame, m
 HalfSize = tuple[Length, Length, Length]
+# Much below, a fit takes days; much above, motions at 6 Hz have less than 20 steps a beat.
+TIME_STEP_S = 0.0045
+SHORTEST_STEP_S = 1e-4
+TimeStep = Annotated[float, Field(ge=SHORTEST_STEP_S, le=0.01)]
 
 
 def _raise_together(faults: Iterable[InitErrorDetails]) -> None:
@@ -223,6 +227,7 @@ class RobotSpec(Table):
     """
 
     name: str
+    time_step_s: TimeStep = TIME_STEP_S
     water: Water
     head: Head
     crank: Crank

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_smoothing_spline
 
 from swimcal.errors import ModelMismatch
-from swimcal.mjcf import SWIM, FluidCoefficients, build_mjcf
+from swimcal.mjcf import FluidCoefficients, build_mjcf
 from swimcal.results import Provenance
 from swimcal.robot import RobotSpec
 
@@ -317,7 +317,7 @@ def quiet_engine() -> Iterator[None]:
 
 def model_sha256(robot: RobotSpec) -> str:
     """Return a hash of everything in the robot's swimming model but the fluid coefficients."""
-    spec = build_mjcf(robot, FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0), SWIM)
+    spec = build_mjcf(robot, FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0))
     spec.compile()
     return hashlib.sha256(spec.to_xml().encode()).hexdigest()
 

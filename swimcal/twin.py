@@ -14,7 +14,7 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from swimcal.errors import SimulationDiverged
-from swimcal.mjcf import DRY, SWIM, Scene, build_mjcf
+from swimcal.mjcf import DRY, Scene, build_mjcf, swim_scene
 from swimcal.robot import RobotSpec
 from swimcal.runs import MarkerKinematics, Runs, Trajectories, quiet_engine, workers_of
 
@@ -35,7 +35,7 @@ class Twin:
     Args:
         robot: the robot.
         markers: names of the m markers wanted; default all of the robot's.
-        scene: in water or clamped in air; its time step.
+        scene: in water or clamped in air; its time step. Default: swimming, with the time step of the robot.
         workers: threads; 0 for all cores.
     """
 
@@ -43,13 +43,13 @@ class Twin:
         self,
         robot: RobotSpec,
         markers: tuple[str, ...] | None = None,
-        scene: Scene = SWIM,
+        scene: Scene | None = None,
         workers: int = 0,
     ) -> None:
         self.robot = robot
         self.markers = tuple(robot.markers) if markers is None else markers
-        self.scene = scene
-        self.model = build_mjcf(robot, scene=scene).compile()
+        self.scene = scene or swim_scene(robot)
+        self.model = build_mjcf(robot, scene=self.scene).compile()
         self.workers = workers_of(workers)
         self._kinematics = MarkerKinematics(robot, self.markers)
         self._batches: dict[tuple[int, frozenset[str]], Batch] = {}
@@ -203,7 +203,7 @@ class Twin:
                 raise SimulationDiverged(
                     f"The tail of {self.robot.name} cannot be brought into its starting poses: with steps of "
                     f"{self.scene.timestep_s:g} s its tendons are unstable. Expected a bounded motion; try a smaller "
-                    "time step or softer tendons."
+                    "time_step_s in the robot's file, or softer tendons."
                 )
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
@@ -280,6 +280,6 @@ def _divergence_message(runs: Runs, diverged: np.ndarray) -> str:
     coefficients = ", ".join(f"{c:.3g}" for c in runs.coefficients[first])
     return (
         f"{int(diverged.sum())} of {len(runs)} simulations diverged; the first at coefficients [{coefficients}], "
-        f"{runs.frequency_hz[first]:.3g} Hz. Expected a bounded motion; try a smaller time step or keep the "
-        "coefficients within [0, 10]."
+        f"{runs.frequency_hz[first]:.3g} Hz. Expected a bounded motion; try a smaller time_step_s in the "
+        "robot's file, or keep the coefficients within [0, 10]."
     )

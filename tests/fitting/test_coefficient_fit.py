@@ -96,8 +96,11 @@ def test_an_interval_that_a_bound_shortens_says_so(beyond_sd: float, sd: float) 
     assert (found.at_bounds == (bound,)) == shortened
 
 
-@pytest.mark.parametrize(("lacks", "told"), [(-0.012, "12 % too fast in b"), (0.02, "20 % too slow in b"), (0.004, "")])
-def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str) -> None:
+@pytest.mark.parametrize(
+    ("lacks", "told", "step_s"),
+    [(-0.012, "12 % too fast in b", 0.00075), (0.02, "20 % too slow in b", 0.00045), (0.004, "", None)],
+)
+def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str, step_s: float | None) -> None:
     def block(name: str, time_step: float) -> SimpleNamespace:
         trial = SimpleNamespace(trial=SimpleNamespace(name=name), twin=exact_twin())
         return SimpleNamespace(model=trial, time_step=np.array([time_step]), features=np.array([0.1]))
@@ -106,4 +109,4 @@ def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str) 
     mode = SimpleNamespace(blocks=blocks, model=SimpleNamespace(trials=[each.model for each in blocks]))
     found = time_step_flags(mode)  # type: ignore[arg-type]
     assert [flag.kind for flag in found] == (["time_step"] if told else [])
-    assert all(told in flag.message and "0.56 ms" in flag.message for flag in found)
+    assert all(told in flag.message and f"time_step_s = {step_s:g} " in flag.message for flag in found)

@@ -38,7 +38,7 @@ def test_a_simulation_that_blows_up_raises_and_says_which() -> None:
         Twin(FISH).simulate(three, FRAMES)
     assert str(caught.value) == (
         "1 of 3 simulations diverged; the first at coefficients [0, 0, 0, 1e+04, 0], 1 Hz. Expected a bounded "
-        "motion; try a smaller time step or keep the coefficients within [0, 10]."
+        "motion; try a smaller time_step_s in the robot's file, or keep the coefficients within [0, 10]."
     )
     assert caught.value.exit_code == 2
 
@@ -61,7 +61,7 @@ def test_a_time_step_that_the_tendons_cannot_bear_raises_before_any_swim(timeste
     text = str(caught.value)
     assert text.startswith("The tail of fish_057 cannot be brought into its starting poses")
     assert f"with steps of {timestep_s:g} s" in text
-    assert "try a smaller time step or softer tendons" in text
+    assert "try a smaller time_step_s in the robot's file, or softer tendons" in text
 
 
 def exported(robot: RobotSpec, points: Runs) -> np.ndarray:

@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 
 from swimcal.mjcf import DRY, FREE_DECAY, SWIM, FluidCoefficients, Scene, build_mjcf
-from swimcal.robot import RobotSpec
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.runs import model_sha256
+from swimcal.twin import Twin
 from tests.swimcal.engine_state import at_pose, random_state
 from tests.swimcal.robots import every_robot
 
@@ -40,6 +42,14 @@ def test_names_are_those_of_the_contract(robot: RobotSpec) -> None:
     assert [model.actuator(i).name for i in range(model.nu)] == ["motor"]
     sites = {model.site(i).name for i in range(model.nsite)}
     assert {s for s in sites if s.startswith("marker_")} == {f"marker_{name}" for name in robot.markers}
+
+
+def test_the_time_step_is_that_of_the_robots_file() -> None:
+    fish = load_robot()
+    finer = fish.model_copy(update={"time_step_s": 0.0015})
+    assert build_mjcf(fish).compile().opt.timestep == 0.0045
+    assert build_mjcf(finer).compile().opt.timestep == Twin(finer).scene.timestep_s == 0.0015
+    assert model_sha256(finer) != model_sha256(fish)
 
 
 @every_robot
