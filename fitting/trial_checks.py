@@ -41,6 +41,7 @@ _LEAST_SWING = 0.02  # relative to the robot's length: published swims have 0.09
 _CLEAR_BEATS = 3.0  # least number of beats of a clear one, which may be small
 _LEAST_CLEAR = 0.004  # least swing of a clear beat at the end of the fin, relative to the robot's length
 _LEAST_REACH = 0.1  # no nearer to the tail's root is less swing expected
+_NEAR_ROOT = 0.3  # a tail marker no further back hardly swings
 _LEAST_OF_FEW = 0.75  # least share of its motion that a beat explains in few beats
 _LEAST_BEATS = 2.0  # least number of beats in a row
 _BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
@@ -112,10 +113,11 @@ def check_beat(
     )
     least_m = least * robot.length_m
     if beat.swing_m < least_m:
+        near_root = "Track a marker further back: near its root a tail hardly swings"
         raise NotEnoughData(
             f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail swings by "
             f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * least_m:.1f} mm are expected. "
-            "Did the robot swim?"
+            + (near_root if reach < _NEAR_ROOT else "Did the robot swim?")
         )
     if beat.beats < FEW_BEATS and least_explained > LEAST_OF_PART:
         least_explained = _LEAST_OF_FEW if beat.beats >= _LEAST_BEATS else CLEAR
