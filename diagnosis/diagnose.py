@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from diagnosis.change import weigh_refits
 from diagnosis.constants import (
     ADEQUATE,
+    ENOUGH,
     FORM_ERROR,
     FORM_ERROR_OF_CHANGE,
     LIKE_A_CHANGE,
@@ -38,8 +39,9 @@ from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_
 from diagnosis.reference import Comparison
 from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
+from diagnosis.unknown_effects import stage_probabilities, unknown_effects
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
-from diagnosis.where import VarianceDecomposition, decompose
+from diagnosis.where import Component, VarianceDecomposition, decompose
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
@@ -110,6 +112,7 @@ class Diagnosis:
         where: shares of the gap.
         remainder: residual of that twin; None where nothing is named.
         adequate: whether the best set of effects leaves no more than noise.
+        unknown_at: where it leaves more, the probability of each stage that an effect outside the catalogue acts there.
         gap: errors on held-out swims that the twins can follow.
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
             support no more than is named, or with the effort "quick".
@@ -123,6 +126,7 @@ class Diagnosis:
     where: VarianceDecomposition
     remainder: Remainder | None
     adequate: Adequacy
+    unknown_at: Mapping[str, float]
     gap: GapSize
     everything: tuple[RidgeFit, GapSize] | None
     experiments: tuple[Experiment, ...]
@@ -171,12 +175,17 @@ def diagnose(
     tell("held-out swims", 0.8)
     gap = swims.gap(best)
     tell("what to do next", 0.87)
+    adequate = adequacy(weighed, best)
+    unknown_at, unknown = _unknown(weighed) if adequate.p_value < ADEQUATE else ({}, {})
     return Diagnosis(
         weighed=weighed,
         said=said,
-        where=decompose(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
+        where=decompose(
+            weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed, unknown
+        ),
         remainder=None if best is None else _remainder(weighed, best),
-        adequate=adequacy(weighed, best),
+        adequate=adequate,
+        unknown_at=unknown_at,
         gap=gap,
         everything=_everything(weighed, effects, said, swims, settings.effort),
         experiments=()
@@ -186,6 +195,14 @@ def diagnose(
         ),
         doubted=doubted,
     )
+
+
+def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[Component, np.ndarray]]:
+    """Return the probability of each stage of an unknown effect, and the columns (k, q) of its laws at a sure one."""
+    members = unknown_effects(weighed.linear, weighed.forces, weighed.signatures)
+    chances = stage_probabilities(weighed.linear, members)
+    likeliest = max(chances, key=lambda stage: chances[stage])
+    return chances, members[likeliest] if chances[likeliest] >= ENOUGH else {}
 
 
 def _wobbles(trial: MeasuredTrial) -> bool:

@@ -27,6 +27,7 @@ from diagnosis.result import (
     Place,
     Strength,
 )
+from diagnosis.unknown_effects import STAGE_OF
 from diagnosis.verdict import borderline
 from fitting.session_forecast import TWIN, SessionForecast
 from swimcal.effects.effect import Parameter
@@ -34,7 +35,6 @@ from swimcal.mjcf import FluidCoefficients
 
 _AT_BOUND = 0.01  # largest distance from a bound, as a share of the parameter's range
 _LEAST = 1e-4  # least probability of an effect that is reported
-_STAGE = {"measurement": "camera", "fluid": "water"}  # names of families of effects that are no stages
 _LEAST_OF_PLACE = 0.01  # least probability of a place that is reported
 _SETS = 12  # sets of effects that are reported
 
@@ -88,10 +88,12 @@ def _borderline(found: Diagnosis) -> str | None:
 
 
 def _stages(found: Diagnosis) -> dict[str, float]:
-    """Sum up the probabilities of the effects of each stage."""
+    """Return the stages of an unknown effect where no known ones suffice; else sum up the effects of each stage."""
+    if found.unknown_at:
+        return dict(found.unknown_at)
     chances, of_stage = found.said.probabilities, dict[str, list[int]]()
     for number, signature in enumerate(found.weighed.signatures):
-        of_stage.setdefault(_STAGE.get(signature.effect.family, signature.effect.family), []).append(number)
+        of_stage.setdefault(STAGE_OF[signature.effect.family], []).append(number)
     return {stage: min(float(chances.any_present(own)), 1.0) for stage, own in of_stage.items()}
 
 

@@ -435,7 +435,8 @@ class DiagnosisResult:
         reference: the session that this one was compared with; null without one.
         adequate: whether the best set of effects leaves no more than noise.
         borderline: the other verdict that it nearly was, with its effects in brackets; null where it is clear.
-        stages: probability that an effect of the catalogue acts on the camera, drive, tendons, structure or water.
+        stages: probability that an unmodelled effect acts on the camera, drive, tendons, structure or water: one of the
+            catalogue or, where no set of these leaves only noise, any.
     """
 
     verdict: VerdictName

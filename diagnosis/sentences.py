@@ -14,6 +14,13 @@ _OF_STAGE = {
     "body": "in the forces on the whole fish",
     "tail": "in the tail: its hinges and tendons",
 }
+_OF_UNKNOWN = {
+    "camera": "in what the camera sees",
+    "drive": "in motor or clock",
+    "tendons": "in the tendons",
+    "structure": "in the tail's structure",
+    "water": "in the water",
+}
 _STANDS_OUT = 0.005  # least share of a stage that is named
 _MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
 _SHARES = ("relative", "share")  # parameters that are told in percent
@@ -69,7 +76,7 @@ def which(data: DiagnosisResult) -> str:
     if verdict == "unexplained" and is_inadequate(data):
         helps = [name for name in chances if name != NONE][:2]
         most = f"; what helps most, although it does not suffice, is {' or '.join(map(plain, helps))}" if helps else ""
-        what = "changed" if data.reference is not None else "acts"
+        what = f"{'changed' if data.reference is not None else 'acts'}{_at_stage(data)}"
         return (
             f"Which: no set of effects of the catalogue leaves only noise, so something else {what}{most}"
             f"{_elsewhere(data)}; see the missing forces."
@@ -101,6 +108,13 @@ def which(data: DiagnosisResult) -> str:
     residual = "" if rest is None or rest.share < 0.05 else "; some of the gap remains"
     against = _describe_withdrawn(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+
+
+def _at_stage(data: DiagnosisResult) -> str:
+    """Say at which stage an effect outside the catalogue acts, if one is probable."""
+    stage = max(data.stages, key=lambda name: data.stages[name], default="")
+    chance = data.stages.get(stage, 0.0)
+    return f", most probably {_OF_UNKNOWN[stage]} ({chance:.2f})" if chance > HELD else ""
 
 
 def is_inadequate(data: DiagnosisResult) -> bool:

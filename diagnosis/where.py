@@ -37,6 +37,13 @@ _HERTZ = 0.01  # relative error of a frequency
 _RINGING = 0.05  # change of the logarithms of stiffness and damping
 
 
+class Component(NamedTuple):
+    """One component of a gap, at a stage, with a size of its own."""
+
+    stage: str
+    what: str
+
+
 @dataclass(frozen=True, eq=False)
 class VarianceDecomposition:
     """The residual of the nearest plain twin, split into components.
@@ -60,6 +67,7 @@ def decompose(
     signatures: Sequence[Signature],
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
+    unknown: Mapping[Component, np.ndarray] | None = None,
 ) -> VarianceDecomposition:
     """Split the residual into components.
 
@@ -69,9 +77,10 @@ def decompose(
         signatures: what each effect does.
         named: names of effects that explain what they can.
         placed: unknown effects at one place that explain what they can.
+        unknown: columns (k, q) of the laws of an unknown effect that explain what they can; default: none.
     """
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
-    columns_of = _components(linear, responses, signatures, named, placed)
+    columns_of = _components(linear, responses, signatures, named, placed, unknown or {})
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
     fit, total = _fit_sizes(target, projected), float(target @ target)
@@ -90,13 +99,6 @@ def decompose(
     )
 
 
-class Component(NamedTuple):
-    """One component of a gap, at a stage, with a size of its own."""
-
-    stage: str
-    what: str
-
-
 def ripple_features(features: np.ndarray) -> np.ndarray:
     """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
 
@@ -111,6 +113,7 @@ def _components(
     signatures: Sequence[Signature],
     named: Collection[str],
     placed: Sequence[LocalDiscrepancy],
+    unknown: Mapping[Component, np.ndarray],
 ) -> dict[Component, np.ndarray]:
     """Return the columns (k, q) of each component: of what is steady, and of what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
@@ -120,23 +123,24 @@ def _components(
         for what, part in (("steady", steady), ("beating", beating)):
             found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
     nuisances = linear.disturbances
-    found[Component("camera", "on the body")] = _of_features(linear, TAKEN.marker_m * nuisances.per_marker)
-    found[Component("camera", "in the picture")] = _of_features(linear, _SEEN_M * nuisances.per_box)
+    found[Component("camera", "on the body")] = of_features(linear, TAKEN.marker_m * nuisances.per_marker)
+    found[Component("camera", "in the picture")] = of_features(linear, _SEEN_M * nuisances.per_box)
     found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
     found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
     found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
     found[Component("drive", "ripple")] = _in_each_trial(
         linear, lambda features: _RIPPLE_RAD * ripple_features(features)
     )
-    found[Component("drive", "frequency")] = _other_frequencies(linear)
+    found[Component("drive", "frequency")] = other_frequencies(linear)
     found[Component("tail", "free decays")] = _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
-    of_drives = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
+    of_drives = [response_of(signature) for signature in signatures if signature.effect.stage == "drive"]
     found[Component("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *of_drives])
     for signature in signatures:
         if (effect := signature.effect).name in named:
             found[Component(effect.stage, effect.name)] = _of_each_stretch(signature)
     for number, each in enumerate(placed):
         found[Component(each.stage, f"{each.place} {number}")] = each.columns
+    found |= unknown
     return {
         component: columns
         for component, columns in found.items()
@@ -144,8 +148,11 @@ def _components(
     }
 
 
-def _of_each_parameter(signature: Signature) -> np.ndarray:
-    """Return the response (k, p) to each parameter, as strong as it was tried without divergence."""
+def response_of(signature: Signature) -> np.ndarray:
+    """Return the response (k, p) of the row to each parameter of an effect.
+
+    Each is as strong as it was tried without divergence.
+    """
     which, standing = np.abs(signature.values).argmax(axis=1), np.isfinite(signature.rows).all(axis=1)
     rows = [signature.rows[(which == number) & standing] for number in range(signature.values.shape[1])]
     return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *[own[-1] for own in rows if len(own)]])
@@ -160,11 +167,11 @@ def _of_each_stretch(signature: Signature) -> np.ndarray:
 
 def _in_each_trial(linear: LinearModel, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Return columns (k, q) that change each trial's features by itself, from the columns (g, p) of one trial."""
-    return _of_features(linear, block_diag(*[columns(model.measured) for model in linear.model.trials]))
+    return of_features(linear, block_diag(*[columns(model.measured) for model in linear.model.trials]))
 
 
-def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
-    """Return columns (k, q) that change features alone."""
+def of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
+    """Return columns (k, q) of the row from columns that change features alone, in all trials."""
     return np.vstack([columns, np.zeros((linear.model.beside, columns.shape[1]))])
 
 
@@ -181,7 +188,7 @@ def _slides(features: np.ndarray) -> np.ndarray:
     return _SEEN_M / _SLIDES_S * np.eye(len(features))[:, places_of_slides(len(features))]
 
 
-def _other_frequencies(linear: LinearModel) -> np.ndarray:
+def other_frequencies(linear: LinearModel) -> np.ndarray:
     """Return columns (k, f) that change each trial's frequency against its command.
 
     One set does it by the camera's clock, one by the crank.
@@ -214,8 +221,13 @@ def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
     return result
 
 
-def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
-    """Return the likeliest size of each component (s,), relative to its columns."""
+def likeliest_sizes(target: np.ndarray, parts: list[np.ndarray]) -> tuple[np.ndarray, float]:
+    """Return the likeliest size of each component (s,), relative to its columns, and the deviance there.
+
+    Args:
+        target: (k,) what they make together with noise of unit size.
+        parts: (k, q) columns of each component.
+    """
     count = len(target)
     target, parts = _in_their_span(target, parts)
     grams = [part @ part.T for part in parts]
@@ -232,7 +244,7 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     starts = np.log(np.maximum(target @ target / count - 1, 0.05) ** 0.5 / scale / 2)
     low = starts - 8.0
     found = minimize(deviance, starts, jac=True, method="L-BFGS-B", bounds=list(zip(low, starts + 5.0, strict=True)))
-    return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
+    return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x))), float(found.fun)
 
 
 def _in_their_span(target: np.ndarray, parts: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -256,7 +268,7 @@ class _Fit(NamedTuple):
 
 
 def _fit_sizes(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
-    weights = dict(zip(parts, _sizes(target, list(parts.values())) ** 2, strict=True))
+    weights = dict(zip(parts, likeliest_sizes(target, list(parts.values()))[0] ** 2, strict=True))
     covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     return _Fit(weights, covariance, np.linalg.solve(covariance, target))
 
