@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import logsumexp
 
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import HEAD, PER_JOINT, ForceResponses
@@ -160,20 +161,21 @@ def unknown_effects(
 
 
 def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
-    """Return the probability that the gap is due to an effect of each stage, if it is due to one stage alone.
+    """Return the probability that the gap is due to an effect of each stage; all but the rest is due to none.
+
+    An unknown effect acts at one stage alone.
 
     Args:
         linear: the linearised model of the fitted trials.
         members: what unknown effects of each stage can do, see `unknown_effects`.
     """
     target = linear.space.projected(linear.residual)
-    scores = {}
+    none, scores = -0.5 * float(target @ target), dict[str, float]()
     for stage, parts in members.items():
         sizes, deviance = likeliest_sizes(target, [linear.space.projected(part.T).T for part in parts.values()])
         scores[stage] = -0.5 * deviance - np.count_nonzero(sizes)
-    best = max(scores.values())
-    weights = {stage: float(np.exp(score - best)) for stage, score in scores.items()}
-    return {stage: weight / sum(weights.values()) for stage, weight in weights.items()}
+    all_together = float(logsumexp([none, *scores.values()]))
+    return {stage: float(np.exp(score - all_together)) for stage, score in scores.items()}
 
 
 def _of_water(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:

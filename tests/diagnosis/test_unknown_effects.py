@@ -108,7 +108,6 @@ def test_it_is_placed_where_it_acts(
     effect: Effect, stage: str, of_gap: str, length: float, pushed: ForceResponses
 ) -> None:
     chances, most = placed(effect, np.array([[1.0]]), pushed, length)
-    assert sum(chances.values()) == pytest.approx(1.0)
     assert chances[stage] > 0.9
     assert most == of_gap
 
@@ -122,6 +121,6 @@ def test_a_marker_that_sits_elsewhere_is_the_cameras(pushed: ForceResponses) -> 
     assert most == "camera"
 
 
-def test_where_noise_is_all_no_stage_is_sure(pushed: ForceResponses) -> None:
+def test_where_noise_is_all_no_stage_is_likely(pushed: ForceResponses) -> None:
     chances = stage_probabilities(linear(), unknown_effects(linear(), pushed, []))
-    assert max(chances.values()) < 0.9
+    assert sum(chances.values()) < 0.5
