@@ -362,13 +362,21 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
     nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
     span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
     span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
-    warm = trial.time_s >= trial.warmup_s - 1e-9
+    warm = (trial.time_s >= trial.warmup_s - 1e-9) & (np.arange(len(trial.time_s)) < _cut_after(trial))
     length_m = float(np.nanmedian(np.where(trial.head_seen, span_m, np.nan)))
     moves = motion_flags(trial.time_s, trial.head, trial.kept, trial.speed, trial.frequency.hz, length_m)
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
     return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in (*moves, *sight, *unread))))
+
+
+def _cut_after(trial: MeasuredTrial) -> int:
+    """Return the frame from which on nothing counts, as the whole body jumps there, or the number of frames."""
+    last = int(np.flatnonzero(trial.kept)[-1])
+    whole = [flag.frames for flag in trial.flags if flag.kind == "jump" and len(flag.markers) == len(trial.markers)]
+    since = [first - trial.first_frame for first, _ in filter(None, whole)]
+    return min([frame for frame in since if frame > last], default=len(trial.kept))
 
 
 def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:

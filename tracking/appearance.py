@@ -31,6 +31,8 @@ _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from 
 _SURROUND = (0.85, 1.2)  # ring at the rim of a box, in half sides
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
 _SMALLEST_PX = 4.0
+LEAST_CONTRAST = 1.0
+"""Grey levels that a marker stands out by at least; else nothing could be a share of its contrast."""
 
 
 def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
@@ -271,6 +273,6 @@ def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[floa
     sign = 1.0 if core - dark >= bright - core else -1.0
     background = dark if sign > 0 else bright
     light = sign * (patch[0] - background)
-    contrast = max(float(np.percentile(light[distance < half], 90)), 1.0)
+    contrast = max(float(np.percentile(light[distance < half], 90)), LEAST_CONTRAST)
     area = float(np.clip(light[distance < 1.2 * half] / contrast, 0, 1).sum())
     return sign, max(2 * np.sqrt(area / np.pi), _SMALLEST_PX), contrast

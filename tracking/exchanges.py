@@ -1,10 +1,10 @@
 """Names that were exchanged: which markers carry the name of another, and from which frame on.
 
-`exchange_flags` finds neighbours on the middle line, and left and right markers, that are the wrong way round.
+`exchange_flags` finds markers of the middle line, and left and right markers, that carry one another's names.
 `exchanged_apart` judges tracks from elsewhere: it also finds any names that change places from one frame to the next.
 """
 
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 import xarray as xr
@@ -16,8 +16,8 @@ from swimcal.tracks import markers_of, pixels_of
 from tracking.harmed_frames import stretches
 
 EXCHANGE = 0.5
-"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
-their own distance."""
+"""Two markers are taken for exchanged when exchanging them shortens the line through the markers by this share of their
+own distance."""
 EXCHANGE_FRAMES = 2
 """The shortest exchange that is flagged."""
 APART, LEAST_FRAMES = 0.5, 3
@@ -30,15 +30,16 @@ RENAMED = 0.25
 
 
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
-    """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
+    """Flag pairs of markers on the mid line that carry each other's name, and of left and right markers.
 
     The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
-    the line through all of them shorter. A left marker is to the left of the line through the first two of them.
+    the line through all of them shorter. Of several such pairs that counts which shortens it most; the others are
+    judged once it is exchanged back. A left marker is to the left of the line through the first two of them.
     """
     names = markers_of(tracked)
     place = layout.marker_positions_m(names)  # (m, 3)
     middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
-    pairs = [(pair, _shorter_exchanged(pixels_of(tracked), middle, *pair)) for pair in pairwise(middle)]
+    pairs = _exchanged(np.array(pixels_of(tracked)), middle)
     if len(middle) > 1:
         pairs += [(pair, _mirrored(pixels_of(tracked), middle, *pair)) for pair in _sides(place)]
     return [
@@ -119,18 +120,35 @@ def _moves(position: np.ndarray) -> list[tuple[int, np.ndarray]]:
     return found
 
 
-def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
-    """Tell (n,) whether exchanging a and b shortens the line through the markers around by `EXCHANGE` of |a b|."""
-    at = order.index(a)
-    around = order[max(at - 1, 0) : at + 3]
-    exchanged = [b if k == a else a if k == b else k for k in around]
+def _exchanged(position: np.ndarray, order: list[int]) -> list[tuple[tuple[int, int], np.ndarray]]:
+    """List the pairs of markers in an order (n, m, 2) that are exchanged, and in which frames (n,)."""
+    found: list[tuple[tuple[int, int], np.ndarray]] = []
+    for _ in order[1:]:
+        gains = {pair: _shorter_by(position, order, *pair) for pair in combinations(order, 2)}
+        gains = {pair: gain for pair, gain in gains.items() if stretches(gain > 0, EXCHANGE_FRAMES)}
+        if not gains:
+            break
+        (a, b), gain = max(gains.items(), key=lambda item: float(item[1].sum()))
+        found.append(((a, b), gain > 0))
+        position = np.array(position)
+        position[gain > 0, a], position[gain > 0, b] = position[gain > 0, b], position[gain > 0, a]
+    return found
 
-    def length(line: list[int]) -> np.ndarray:
-        return np.linalg.norm(np.diff(position[:, line], axis=1), axis=2).sum(axis=1)
 
+def _shorter_by(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
+    """Return by how much (n,) exchanging a and b shortens the line through them, px; 0 below `EXCHANGE` of |a b|."""
+    ends = {place + side for place in (order.index(a), order.index(b)) for side in (-1, 0) if place + side >= 0}
+    steps = [(order[i], order[i + 1]) for i in sorted(ends) if i + 1 < len(order)]
+    other = {a: b, b: a}
+
+    def length(lines: list[tuple[int, int]]) -> np.ndarray:
+        return np.sum([np.linalg.norm(position[:, one] - position[:, two], axis=1) for one, two in lines], axis=0)
+
+    exchanged = [(other.get(one, one), other.get(two, two)) for one, two in steps]
+    gain = length(steps) - length(exchanged)  # nan where one of them is missing
     apart = np.linalg.norm(position[:, a] - position[:, b], axis=1)
     with np.errstate(invalid="ignore"):
-        return length(around) - length(exchanged) > EXCHANGE * apart
+        return np.where(gain > EXCHANGE * apart, gain, 0.0)
 
 
 def _sides(place: np.ndarray) -> list[tuple[int, int]]:

@@ -101,6 +101,10 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     rows = replace(table, rows=table.rows[len(head) :])
     _check_tracks(rows, faults)
     parts = tuple(dict.fromkeys(part for part, _ in columns))
+    if twice := [part for part in parts if columns.count((part, COORDS[0])) > 1]:
+        step = "Rename or remove one of them in the file: nothing tells which is right."
+        expected = "every body part once"
+        faults.add("line 2", "body parts more than once", found=", ".join(twice), expected=expected, next_step=step)
     faults.raise_if_any()
     names = ("frame", *(f"{part} {coord}" for part, coord in columns))
     values = to_numbers(rows, names, faults)  # (n, 1 + columns)

@@ -12,6 +12,7 @@ do not count either.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +36,7 @@ from tracking.following import (
     reaching,
     widened,
 )
-from tracking.harmed_frames import stretches
+from tracking.harmed_frames import AT_LEAST, LONGEST, OFTEN, stretches
 from tracking.tracked import drop_repeat_flags, mask_untrusted, repeated_frames, seen_in
 
 # Frozen boxes.
@@ -54,7 +55,16 @@ JUMP_FRAMES = 6
 FROZEN_FRAMES = 6
 """The picture is frozen if no marker at all moves for so many frames …"""
 FROZEN_MOTION_PX = 2.0
-"""… and just before or after one moves by this in a frame."""
+"""… and just before or after one moves by this in a frame; …"""
+FROZEN_BETWEEN = 4
+"""… for so many, if one moves so both before and after."""
+SAME_PX = 0.02
+"""No marker moves that far in a frozen picture, which is coded anew, and one of a moving robot does by noise alone …"""
+SAME_SHARE = 0.02
+"""… or this share of what the fastest marker usually does."""
+BEFORE_STOP, GOES_ON_STEPS = 4, 2.0
+"""A picture that stood still goes on where it stopped if its markers move by less than so many times what they did at
+most in so many frames before."""
 
 # When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
 FLOOR_PX = 5.0
@@ -156,15 +166,21 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     if unknown := [name for name in markers_of(tracks) if name not in layout.markers]:
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
     findings = _findings(tracks, layout, floor_px)
-    frozen = frozen_picture(pixels_of(tracks))  # (n,)
-    believed = findings.present & ~findings.wrong & ~frozen[:, None]
+    frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks))  # (n,)
+    believed = findings.present & ~findings.wrong & ~(frozen | repeated)[:, None]
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     found = body_jumps(tracks.time.values, seen)
     # A jump out of a picture that stood still is flagged already.
     jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
-    part = longest_part(len(frozen), [frame for frame, _ in jumps])
+    stopped = stopped_clock(frozen, seen)
+    part = longest_part(len(frozen), sorted([*stopped, *(frame for frame, _ in jumps)]))
     believed[: part.start] = believed[part.stop :] = False
-    flags = (*flags_of(findings, names), *frozen_flags(frozen, names), *jump_flags(jumps, part, names))
+    flags = (
+        *flags_of(findings, names),
+        *frozen_flags(frozen, names, stopped, part),
+        *jump_flags(jumps, part, names),
+        *repeat_flags(repeated),
+    )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))
 
@@ -285,22 +301,82 @@ def frozen_picture(position_px: np.ndarray) -> np.ndarray:
     A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
     a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
     """
-    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
-    moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
-    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
-    same = np.concatenate([[False], (step == 0).all(axis=(1, 2)) & seen[1:]])
+    moved_px, same = _same_picture(position_px)
     result = np.zeros(len(same), bool)
     for first, last in stretches(same):
-        around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
-        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
-        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
+        sides = moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]
+        abrupt = [side.max(initial=0.0) >= FROZEN_MOTION_PX for side in sides]
+        least = FROZEN_BETWEEN if all(abrupt) else FROZEN_FRAMES
+        result[first : last + 1] = any(abrupt) and last - first + 2 >= least
     return result
 
 
-def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each stretch in which a marker is frozen."""
-    what = "no marker moves for {} frames: the video stands still or repeats itself"
-    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
+def _same_picture(position_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest step (n - 1,) of markers (n, m, 2), px, and the frames (n,) in which none moves."""
+    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
+    moved_px = step.max(axis=(1, 2), initial=0.0)
+    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
+    usual_px = float(np.median(moved_px)) if len(moved_px) else 0.0
+    return moved_px, np.concatenate([[False], (moved_px <= max(SAME_PX, SAME_SHARE * usual_px)) & seen[1:]])
+
+
+def repeated_rows(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames that repeat the one before amid motion, where many of markers (n, m, 2) do.
+
+    So are tracks stored at a higher rate than they were taken at.
+    """
+    moved_px, same = _same_picture(position_px)
+    result = np.zeros(len(same), bool)
+    for first, last in stretches(same):
+        sides = np.concatenate([moved_px[max(first - 2, 0) : first - 1], moved_px[last : last + 1]])
+        result[first : last + 1] = last - first < LONGEST and sides.min(initial=np.inf) >= FROZEN_MOTION_PX
+    return result if result.sum() >= max(AT_LEAST, OFTEN * len(result)) else np.zeros(len(result), bool)
+
+
+def repeat_flags(repeated: np.ndarray) -> list[Flag]:
+    """Make the flag for rows (n,) that repeat the one before."""
+    if not repeated.any():
+        return []
+    message = (
+        f"{int(repeated.sum())} of {len(repeated)} frames repeat the one before: the tracks are stored at a higher "
+        "rate than they were taken at; these frames are left out"
+    )
+    return [Flag("repeated_frames", message=message)]
+
+
+def stopped_clock(frozen: np.ndarray, position_px: np.ndarray) -> list[int]:
+    """List the frames in which markers (n, m, 2) go on after a frozen stretch as if no time had passed.
+
+    Of a picture that froze while the robot went on it has moved by as much as in all the frames between.
+    """
+    step = np.linalg.norm(np.diff(position_px, axis=0), axis=2)  # (n - 1, m)
+    found = []
+    for first, last in stretches(frozen):
+        if last + 1 == len(frozen) or first < BEFORE_STOP:
+            continue
+        before_px = step[first - BEFORE_STOP : first - 1].max(axis=0)
+        known = np.isfinite(before_px) & np.isfinite(step[last])
+        if known.any() and np.median(step[last, known]) < GOES_ON_STEPS * np.median(before_px[known]):
+            found.append(last + 1)
+    return found
+
+
+def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...], stopped: Collection[int], part: slice) -> list[Flag]:
+    """Make a flag for each stretch (n,) in which the picture is frozen.
+
+    Args:
+        frozen: (n,) frames in which it is.
+        markers: names of the markers.
+        stopped: frames in which the motion goes on as if no time had passed.
+        part: what counts of a trial then.
+    """
+    flags = []
+    for first, last in stretches(frozen):
+        message = f"no marker moves for {last - first + 1} frames: the video stands still or repeats itself"
+        if last + 1 in stopped:
+            message += f", and goes on where it stopped; only frames {part.start} to {part.stop - 1} count"
+        flags.append(Flag("frozen_marker", markers, (first, last), message))
+    return flags
 
 
 def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, last: int) -> Flag:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tracking.appearance import Appearance, measure_appearance
+from tracking.appearance import LEAST_CONTRAST, Appearance, measure_appearance
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
 from tracking.identities import FAINTER, MISSED, Motion, Prediction, Spacing, assemble_markers
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
@@ -106,7 +106,11 @@ class MarkerTracker:
         widest = np.maximum(box_px, start.diameter_px)
         for _ in range(2):  # a box may hold part of a neighbour
             centres = measure_centres(luma, centre_px, centre_px, start)
-            start = replace(start, diameter_px=np.minimum(centres.diameter_px, widest), contrast=centres.contrast)
+            start = replace(
+                start,
+                diameter_px=np.minimum(centres.diameter_px, widest),
+                contrast=np.maximum(centres.contrast, LEAST_CONTRAST),
+            )
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
         motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)

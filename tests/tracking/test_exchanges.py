@@ -51,3 +51,16 @@ def test_a_tail_that_is_named_from_its_tip_is_told() -> None:
     assert flag.kind == "swap"
     assert set(flag.markers) == {"tail_1", "tail_2", "tail_4", "tail_5"}
     assert flag.frames == (120, FRAMES - 1)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_two_markers_of_the_mid_line_with_each_others_names_all_along_are_told(seed: int) -> None:
+    rng = np.random.default_rng(100 + seed)
+    clean = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    middle = [name for name in MARKERS if abs(ROBOT.markers[name].position_m[1]) < 1e-6]
+    one, other = (MARKERS.index(name) for name in rng.choice(middle, 2, replace=False))
+    renamed = clean.copy()
+    renamed[:, [one, other]] = clean[:, [other, one]]
+    flags = exchanged_apart(tracks_of(renamed), ROBOT)
+    assert {name for flag in flags for name in flag.markers} == {MARKERS[one], MARKERS[other]}
+    assert samples_of(flags)[:, [one, other]].mean() > 0.95

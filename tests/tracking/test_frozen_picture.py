@@ -1,8 +1,9 @@
 """A video that stands still must not pass for a robot at rest, nor the other way round."""
 
 import numpy as np
+import pytest
 
-from tracking.quality import frozen_flags, frozen_picture
+from tracking.quality import frozen_flags, frozen_picture, repeat_flags, repeated_rows, stopped_clock
 
 
 def moving(frames: int = 60) -> np.ndarray:
@@ -15,7 +16,7 @@ def test_a_picture_that_freezes_is_left_out_but_for_its_first_frame() -> None:
     position[20:30] = position[20]
     frozen = frozen_picture(position)
     assert list(np.flatnonzero(frozen)) == list(range(21, 30))
-    (flag,) = frozen_flags(frozen, ("a", "b", "c"))
+    (flag,) = frozen_flags(frozen, ("a", "b", "c"), (), slice(0, 60))
     assert (flag.kind, flag.frames, flag.markers) == ("frozen_marker", (21, 29), ("a", "b", "c"))
     assert "no marker moves for 9 frames" in flag.message
 
@@ -24,6 +25,36 @@ def test_a_duplicated_frame_or_two_is_let_pass() -> None:
     position = moving()
     position[20:23] = position[20]
     assert not frozen_picture(position).any()
+
+
+def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
+    position = moving()
+    position[20:30] = position[20]
+    position += np.random.default_rng(0).normal(0.0, 0.01, position.shape)
+    assert list(np.flatnonzero(frozen_picture(position))) == list(range(21, 30))
+    assert not frozen_picture(moving() + np.random.default_rng(0).normal(0.0, 0.05, position.shape)).any()
+
+
+@pytest.mark.parametrize("goes_on", [True, False])
+def test_a_film_that_was_stopped_goes_on_where_it_stopped(goes_on: bool) -> None:
+    position = moving(80)
+    if goes_on:
+        position = np.concatenate([position[:21], np.repeat(position[20:21], 9, axis=0), position[21:71]])
+    else:
+        position[20:30] = position[20]
+    frozen = frozen_picture(position)
+    assert stopped_clock(frozen, position) == ([30] if goes_on else [])
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_tracks_that_are_stored_at_a_higher_rate_lose_the_copies(every: int) -> None:
+    frames = np.arange(90)
+    copies = frames % every == every - 1
+    position = moving(90)[frames - copies]
+    np.testing.assert_array_equal(repeated_rows(position), copies & (frames > 0))
+    (flag,) = repeat_flags(repeated_rows(position))
+    assert f"{copies.sum()} of 90 frames repeat the one before" in flag.message
+    assert repeat_flags(repeated_rows(moving())) == []
 
 
 def test_a_robot_that_slows_to_a_rest_is_not_frozen() -> None:
