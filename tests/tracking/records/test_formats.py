@@ -102,6 +102,12 @@ def test_faults_of_a_deeplabcut_file_are_reported_at_once(tmp_path):
     assert "line 5: time does not increase" in str(raised.value)
 
 
+def test_a_body_part_twice_is_refused_and_not_the_first_taken(tmp_path):
+    twice = DLC.replace("neck,neck,neck", "nose,nose,nose")
+    with pytest.raises(InputError, match="body parts more than once; found nose"):
+        import_tracks(written(tmp_path, twice), None, FPS)
+
+
 def test_a_header_that_is_not_deeplabcuts_is_reported(tmp_path):
     with pytest.raises(InputError, match="rows that start with scorer, bodyparts and coords"):
         import_tracks(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)
