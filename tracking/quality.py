@@ -62,6 +62,9 @@ SAME_PX = 0.02
 """No marker moves that far in a frozen picture, which is coded anew, and one of a moving robot does by noise alone …"""
 SAME_SHARE = 0.02
 """… or this share of what the fastest marker usually does."""
+LONG_GAP, AROUND_GAP, HALFWAY = 6.0, 10, 0.5
+"""Names are not sure after a gap in time of so many usual frames in which the markers, at their speed in so many frames
+before, move by this share of the distance of the nearest two."""
 BEFORE_STOP, GOES_ON_STEPS = 4, 2.0
 """A picture that stood still goes on where it stopped if its markers move by less than so many times what they did at
 most in so many frames before."""
@@ -468,8 +471,31 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for span in stretches(where[:, k], least)
     ]
     flags += exchange_flags(tracked, layout)
-    flags += _few_frames(tracked)
+    flags += [*_few_frames(tracked), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
+
+
+def _lost_over_gap(tracked: xr.Dataset) -> list[Flag]:
+    """Flag what follows the first gap in time over which a robot so fast may come to lie on other markers' places."""
+    position, time_s = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan), tracked.time.values
+    step_s, step_px = np.diff(time_s), np.linalg.norm(np.diff(position, axis=0), axis=2)  # (n - 1,), (n - 1, m)
+    usual_s = float(np.median(step_s)) if len(step_s) else 0.0
+    for before in np.flatnonzero(step_s > LONG_GAP * usual_s).tolist():
+        recent = slice(max(before - AROUND_GAP, 0), before)
+        speed_px_s = (step_px[recent] / step_s[recent, None]).ravel()
+        apart = np.linalg.norm(position[before][:, None] - position[before][None], axis=2)
+        apart[np.diag_indices(len(apart))] = np.nan
+        if not (np.isfinite(speed_px_s).any() and np.isfinite(apart).any()):
+            continue
+        moves_px, nearest_px = float(np.nanmedian(speed_px_s) * step_s[before]), float(np.nanmin(apart))
+        if moves_px > HALFWAY * nearest_px:
+            message = (
+                f"{step_s[before]:.2g} s are missing after frame {before}, in which the robot moves by some "
+                f"{moves_px:.0f} px; its markers are {nearest_px:.0f} px apart at least: names are not sure from there "
+                "on. Cut the film there and track its parts as trials of their own"
+            )
+            return [Flag("damaged_video", (), (before + 1, len(time_s) - 1), message)]
+    return []
 
 
 def _few_frames(tracked: xr.Dataset) -> list[Flag]:

@@ -115,3 +115,15 @@ def test_low_confidence_that_lasts_is_a_drift() -> None:
     trial.confidence.values[80:89, 5] = 0.2  # one frame too short
     flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("drift", ("dorsal_fin",), (40, 59))]
+
+
+@pytest.mark.parametrize(("missing", "told"), [(3, False), (8, False), (40, True)])
+def test_names_are_not_sure_after_a_gap_in_which_the_robot_gets_to_other_markers_places(
+    missing: int, told: bool
+) -> None:
+    whole = trial_of(swum(hz=0.7))
+    trial = whole.isel(time=[frame for frame in range(FRAMES) if not 60 <= frame < 60 + missing])
+    trial = trial.assign_attrs(flags=())
+    flags = flags_of("damaged_video", judge(trial, ROBOT))
+    assert [flag.frames for flag in flags] == ([(60, FRAMES - missing - 1)] if told else [])
+    assert all("names are not sure from there on" in flag.message for flag in flags)
