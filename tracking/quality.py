@@ -59,9 +59,7 @@ FROZEN_MOTION_PX = 2.0
 FROZEN_BETWEEN = 4
 """… for so many, if one moves so both before and after."""
 SAME_PX = 0.02
-"""No marker moves that far in a frozen picture, which is coded anew, and one of a moving robot does by noise alone …"""
-SAME_SHARE = 0.02
-"""… or this share of what the fastest marker usually does."""
+"""No marker moves that far in a frozen picture, which is coded anew; one of many that rest does, by noise alone."""
 LONG_GAP, AROUND_GAP, HALFWAY = 6.0, 10, 0.5
 """Names are not sure after a gap in time of so many usual frames in which the markers, at their speed in so many frames
 before, move by this share of the distance of the nearest two."""
@@ -319,8 +317,7 @@ def _same_picture(position_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
     moved_px = step.max(axis=(1, 2), initial=0.0)
     seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
-    usual_px = float(np.median(moved_px)) if len(moved_px) else 0.0
-    return moved_px, np.concatenate([[False], (moved_px <= max(SAME_PX, SAME_SHARE * usual_px)) & seen[1:]])
+    return moved_px, np.concatenate([[False], (moved_px <= SAME_PX) & seen[1:]])
 
 
 def repeated_rows(position_px: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ def test_a_duplicated_frame_or_two_is_let_pass() -> None:
 def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
     position = moving()
     position[20:30] = position[20]
-    position += np.random.default_rng(0).normal(0.0, 0.01, position.shape)
+    position += np.random.default_rng(0).normal(0.0, 0.003, position.shape)
     assert list(np.flatnonzero(frozen_picture(position))) == list(range(21, 30))
     assert not frozen_picture(moving() + np.random.default_rng(0).normal(0.0, 0.05, position.shape)).any()
 
