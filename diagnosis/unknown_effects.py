@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
+from diagnosis.constants import FORM_ERROR
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import HEAD, PER_JOINT, ForceResponses
 from diagnosis.where import Component, likeliest_sizes, of_features, other_frequencies, response_of
@@ -163,7 +164,8 @@ def unknown_effects(
 def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
     """Return the probability that the gap is due to an effect of each stage; all but the rest is due to none.
 
-    An unknown effect acts at one stage alone.
+    An unknown effect acts at one stage alone. No law has exactly its form: with `FORM_ERROR` of what the best stage
+    explains, which is more than noise where much is explained, differences between stages count less.
 
     Args:
         linear: the linearised model of the fitted trials.
@@ -174,8 +176,9 @@ def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Compo
     for stage, parts in members.items():
         sizes, deviance = likeliest_sizes(target, [linear.space.projected(part.T).T for part in parts.values()])
         scores[stage] = -0.5 * deviance - np.count_nonzero(sizes)
-    all_together = float(logsumexp([none, *scores.values()]))
-    return {stage: float(np.exp(score - all_together)) for stage, score in scores.items()}
+    noise = 1 + FORM_ERROR**2 * max(max(scores.values()) - none, 0.0)
+    everything = float(logsumexp(np.array([none, *scores.values()]) / noise))
+    return {stage: float(np.exp(score / noise - everything)) for stage, score in scores.items()}
 
 
 def _of_water(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:

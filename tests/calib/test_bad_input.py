@@ -86,11 +86,6 @@ def test_a_broken_session_is_reported_what_is_wrong_and_left_alone(calib: Front,
     assert files_in(fresh).keys() - before.keys() <= (allowed if measured else set())
 
 
-@pytest.mark.parametrize("command", ["run", "fit", "report", "mjcf"])
-def test_every_command_checks_its_session(calib: Front, tmp_path: Path, command: str) -> None:
-    assert_reports(calib(command, tmp_path / "nowhere"), str(tmp_path / "nowhere"), "no session.toml here")
-
-
 def test_results_that_cannot_be_written_are_reported_to_be(calib: Front, fresh: Path) -> None:
     (fresh / "results").write_text("a file in its place")
     before = files_in(fresh)

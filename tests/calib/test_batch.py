@@ -55,12 +55,6 @@ def test_the_csv_has_coefficients_with_intervals_and_the_reason_of_what_failed(f
     assert "session.toml" in table.loc["broken"].error
 
 
-def test_of_a_single_session_there_is_no_index(finished: Path) -> None:
-    made = front.report(finished)
-    assert [file.name for file in made.files] == ["report.html"]
-    assert not (finished.parent / "index.html").exists()
-
-
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
     """Two processes of one thread each."""

@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -14,13 +15,16 @@ from calib import pipeline
 from calib import viewer as recording
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from calib.results.gap import diagnosis_lines
+from calib.results.gap import test_lines as lines_of_test
 from diagnosis import diagnose as diagnosis
 from diagnosis.refit import RidgeFit
-from diagnosis.result import DIAGNOSIS, EFFECT_TEST
+from diagnosis.result import DIAGNOSIS, EFFECT_TEST, DiagnosisResult, EffectTestResult, Experiment
 from diagnosis.verdict import Verdict
 from reports.context import ReportContext
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, results_in, with_little_effort
 from tests.once import copied
+from tests.reports.diagnoses import made_diagnosed
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
 QUICK = ("--effort", "quick")
@@ -98,11 +102,6 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     assert found.withheld_from_catalogue == ("scale_error",)
     assert "scale_error" not in DIAGNOSIS.read(diagnosed / "results").probabilities
     assert not list((diagnosed / "results").glob("calibrated+*"))
-
-
-def test_an_effect_that_there_is_not_is_refused_with_the_choices(calib: Front, fresh: Path) -> None:
-    assert_reports(calib("diagnose", fresh, "--exclude", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
-    assert not (fresh / "results" / "diagnosis.json").exists()
 
 
 @pytest.mark.parametrize("option", ["--exclude", "--test"])
@@ -189,3 +188,57 @@ def test_it_opens_nothing_of_a_suite_but_its_session(
 
     assert folder / "results" / "diagnosis.json" in [path.with_name("diagnosis.json") for path in opened]
     assert [path for path in opened if not path.is_relative_to(folder)] == []
+
+
+CLOCK = "time_base_error"
+
+
+def checks(data: DiagnosisResult) -> list[str]:
+    """Beside that of two swims none can be left out, and that the named effects leave more than noise."""
+    always = ("Two trials", "something else is missing")
+    return [
+        line for line in diagnosis_lines(data) if line.startswith("! ") and not any(each in line for each in always)
+    ]
+
+
+def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
+    """Tails beat at so much of their command."""
+    frequencies = {"medium": {"commanded_hz": 1.0, "measured_hz": at}, "fast": {"commanded_hz": None, "measured_hz": 1}}
+    reported = {"groups": [[name] for name in named], "effects": named, "effect_parameters": {}}
+    return made_diagnosed(verdict, frequencies=frequencies, **reported)
+
+
+def test_an_effect_at_its_bound_and_a_shorter_catalogue_are_to_be_checked() -> None:
+    bound, lacking = sorted(
+        checks(made_diagnosed(withheld_from_catalogue=["scale_error"])), key=lambda x: "made without" in x
+    )
+    assert "wave drag (high)" in bound
+    assert "low" not in bound
+    assert "without scale error" in lacking
+
+
+@pytest.mark.parametrize(("at", "caveat"), [(0.5, "50 % slower"), (1.2, "20 % faster")])
+def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: float, caveat: str) -> None:
+    (reported,) = checks(beating(at))
+    assert caveat in reported
+    assert "fps" in reported
+    assert checks(beating(0.97)) == []
+    (reported,) = checks(beating(at, "unexplained", ()))
+    assert caveat in reported
+
+
+def test_an_experiment_is_reported_once_with_all_that_it_tells_apart() -> None:
+    pairs = {("tendon_slack", "tendon_friction"): 0.1, ("wave_drag", CLOCK): 0.04, ("wave_drag", "tendon_slack"): 0.3}
+    experiments = tuple(Experiment("Film a swim at 0.8 Hz", pair, error) for pair, error in pairs.items())
+    data = replace(made_diagnosed("inseparable"), next_experiments=experiments)
+    reported = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
+    assert reported == [
+        "next: Film a swim at 0.8 Hz (separates tendon slack from tendon friction, expected error 10%; "
+        "wave drag from time base error, expected error 4%)"
+    ]
+
+
+def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:
+    gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
+    reported = EffectTestResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
+    assert lines_of_test(reported)[-1] == "The held-out gap grows by 4 % (95 % interval −20 % to 25 %)."

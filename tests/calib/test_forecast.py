@@ -14,11 +14,9 @@ from hypothesis import strategies as st
 import calib as front
 from fitting.forecast import Scatter
 from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
-from reports.words import compared_with_best, is_beaten, misses
+from reports.words import compared_with_best, is_beaten
 from swimcal.flags import Flag
 from tests.calib.door import Front, calibration_of, files_in
-from tests.reports.diagnoses import made_diagnosed
-from tests.reports.posteriors import made_summary
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 
@@ -36,19 +34,6 @@ def test_every_forecast_of_the_file_is_next_to_baselines(finished: Path) -> None
     )
     assert {"twin", "repeat"} <= set(trials["slow"]["forecasts"])
     assert "line" not in trials["slow"]["forecasts"]
-
-
-def test_its_summary_says_whether_the_exported_twin_beats_the_simple_rules(found: front.FitResult) -> None:
-    lines = found.summary().splitlines()
-    (off,) = [line for line in lines if line.startswith("How far off:")]
-    errors = found.to_frame("speed_errors").holdout
-    better = errors["twin"] < errors[["line", "power_law", "constant_stride"]].min()
-    assert f"exported twin {1000 * errors['twin']:.1f} mm/s" in off
-    assert ("The twin is better" in off) == better
-    assert ("The twin is worse" in off) == (not better)
-    assert is_beaten(found.forecasts) or not better  # what the scale's error explains does not count against the twin
-    assert (found.verdict == "worse_than_baseline") == (not is_beaten(found.forecasts))
-    assert lines[0] in found._repr_html_()
 
 
 @pytest.mark.parametrize(
@@ -96,26 +81,6 @@ def test_an_error_of_the_scale_is_not_the_twins(speeds: list[float], sd: float, 
         assert "the scale of all measured speeds" in compared_with_best(forecasts)
 
 
-def test_the_summary_knows_what_stands(found: front.FitResult) -> None:
-    """Nothing but the fit does: the next step is the posterior; beside one, the diagnosis; beside both, neither."""
-    assert "Next: calib posterior" in found.summary()
-    sampled = replace(found, posterior=made_summary())
-    assert "calib posterior" not in sampled.summary().split("Next:")[1]
-    if not misses(found.forecasts):
-        assert "Next: calib diagnose" in sampled.summary()
-    both = replace(sampled, diagnosed=made_diagnosed("named"))
-    assert "Next: calib" not in both.summary()
-    assert "Which: tendon slack" in both.summary()
-    assert len(both.summary().splitlines()) <= 8
-
-
-def test_caveats_are_counted_alike_in_summary_details_and_page(found: front.FitResult) -> None:
-    both = replace(found, posterior=made_summary(), diagnosed=made_diagnosed("named"))
-    caveats = both.answers.caveats
-    assert f"({len(caveats) - 1} more: -v)" in both.summary()
-    assert [line.removeprefix("! ") for line in both.details() if line.startswith("! ")] == list(caveats)
-
-
 def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:
     *_, caveat, verdict = found.summary().splitlines()
     assert (caveat == "No caveat.") == ("without a caveat" in verdict)
@@ -126,13 +91,6 @@ def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult)
     assert with_one.verdict != "good"
     if found.verdict != "worse_than_baseline":
         assert without.verdict == "good"
-
-
-def test_the_twin_alone_has_the_same_numbers_everywhere(found: front.FitResult) -> None:
-    for name, trial in found.trials.items():
-        alone = found.forecasts.trials[name].forecasts["twin"]
-        assert alone.speed == trial.speed_twin
-        assert alone.marker_error_mm == pytest.approx(trial.marker_error_mm)
 
 
 def test_its_frames_hold_what_the_file_holds(found: front.FitResult) -> None:

@@ -12,7 +12,6 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 import pytest
 import typer
 import xarray as xr
@@ -157,14 +156,6 @@ def test_tables_and_figures_that_there_are_not_are_reported_with_the_choices(fin
         found.plot.envelope("none")
 
 
-def test_results_of_several_sessions_stand_below_each_other(finished: Path) -> None:
-    found = front.fit(finished, **QUIET)
-    table = front.compare([finished, found], "coefficients")
-    assert isinstance(table, pd.DataFrame)
-    assert table.index.names == ["session", "coefficient"]
-    assert len(table) == 10
-
-
 @pytest.mark.usefixtures("true_report")
 def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
     """Each is asked for by the method that has it; those of a trial with its name."""
@@ -258,11 +249,6 @@ def test_a_swim_from_rest_lasts_until_its_speed_has_settled() -> None:
     assert told == pytest.approx(settled, rel=0.05)
 
 
-def test_an_effort_that_does_not_exist_is_refused(finished: Path) -> None:
-    with pytest.raises(front.InputError, match="no such effort"):
-        front.fit(finished, effort="quik")  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("name", PACKAGES)
 def test_a_file_of_the_user_that_hides_a_package_is_named(name: str, tmp_path: Path) -> None:
     (tmp_path / f"{name}.py").write_text("answer = 42\n")
@@ -332,11 +318,3 @@ def test_datasets_are_read_by_their_labels_and_plot_themselves(whole: Path) -> N
     assert sweep.speed.sel(quantile=0.5).dims == ("frequency",)
     assert (sweep.another_trial.sel(quantile=0.05) < sweep.speed.sel(quantile=0.05)).all()
     plt.close()
-
-
-def test_swims_are_saved_and_read_again_with_their_labels(tmp_path: Path) -> None:
-    swims = front.load_twin().swim([0.8, 1.2], seconds=2.0)
-    swims.to_netcdf(tmp_path / "swims.nc", engine="h5netcdf")
-    with xr.open_dataset(tmp_path / "swims.nc", engine="h5netcdf") as read:
-        assert read.time.dtype == float
-        xr.testing.assert_equal(read.load().set_xindex("frequency"), swims)

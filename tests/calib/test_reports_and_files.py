@@ -1,7 +1,6 @@
 """`calib report` of several sessions, `calib mjcf`, and results made with another engine."""
 
 import json
-import shutil
 from pathlib import Path
 
 import mujoco
@@ -12,18 +11,7 @@ from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from swimcal.errors import ModelMismatch
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS
-from tests.calib.door import Front, assert_reports, files_in
-
-
-def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, tmp_path: Path) -> None:
-    other = Path(shutil.copytree(finished, tmp_path / "other"))
-    outcome = calib("report", finished, other)
-
-    index = tmp_path / "index.html"
-    reports = [folder / "results" / "report.html" for folder in (finished, other)]
-    assert outcome.out.splitlines()[-4:] == [*map(str, reports), str(index.with_suffix(".csv")), str(index)]
-    for report in reports:
-        assert f'href="{report.relative_to(tmp_path).as_posix()}"' in index.read_text()
+from tests.calib.door import Front, files_in
 
 
 def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: Path) -> None:
@@ -35,14 +23,6 @@ def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: 
         assert model.joint(name).id >= 0
     fluid = model.geom_fluid[model.geom_fluid[:, 0] > 0, 1:6]
     np.testing.assert_allclose(fluid, np.tile(PUBLISHED_COEFFICIENTS, (len(fluid), 1)), rtol=1e-5)
-
-
-def test_the_mjcf_of_a_faulty_robot_is_refused_and_not_written(calib: Front, tmp_path: Path) -> None:
-    robot = tmp_path / "robot.toml"
-    robot.write_text('name = "x"\nlenght = 3\n')
-
-    assert_reports(calib("mjcf", robot, "--out", tmp_path / "fish.xml"), str(robot), "lenght")
-    assert list(tmp_path.iterdir()) == [robot]
 
 
 @pytest.mark.parametrize(

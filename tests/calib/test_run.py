@@ -11,7 +11,7 @@ import pytest
 
 from swimcal.stage import session_lock
 from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, files_in, little_posterior
-from tests.reports.undrawn import nothing_drawn
+from tests.reports.page import nothing_drawn
 
 FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
 RESULTS = FIT | {"report.html"}

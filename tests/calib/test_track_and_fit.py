@@ -125,21 +125,6 @@ def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
         assert bar.tasks[0].elapsed == 14
 
 
-def test_without_a_terminal_progress_is_a_line_every_ten_seconds() -> None:
-    clock, lines = [0.0], []
-    tell = Lines(lines.append, clock=lambda: clock[0])
-    tell("reading slow", None)
-    for second in range(0, 31):
-        clock[0] = second
-        tell("fitting", second / 40)
-    assert lines == [
-        "calib: fitting",
-        "calib: fitting, 25% done, about 30 s left",
-        "calib: fitting, 50% done, about 20 s left",
-        "calib: fitting, 75% done, about 10 s left",
-    ]
-
-
 def test_a_step_that_takes_long_is_reported_every_ten_seconds_too() -> None:
     clock, lines = [0.0], []
     tell = Lines(lines.append, clock=lambda: clock[0])

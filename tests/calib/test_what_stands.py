@@ -1,10 +1,12 @@
-"""Commands use what stands: showing computes nothing, and what computes replaces its own results alone, kept aside."""
+"""Commands use what stands: showing computes nothing, what computes replaces its own results alone; damaged ones."""
 
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+from swimcal.errors import InputError
+from swimgym import load_fish
 from tests.calib.door import Front, assert_reports, edit
 
 OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
@@ -87,23 +89,14 @@ def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
     assert str(whole / "results" / "kept") in outcome.out
 
 
-def test_a_report_says_what_it_shows_and_what_renews_the_rest(calib: Front, whole: Path) -> None:
-    edit(whole / "results" / "diagnosis.json", '"verdict"', ' "verdict"')
-    (whole / "results" / "posterior.nc").unlink()
-    shown = calib("report", whole).out
-    assert f"fit of quick effort, no posterior (`calib posterior {whole}`)" in shown
-    assert f"diagnosis is out of date (`calib diagnose {whole}`)" in shown
-
-
-@pytest.mark.parametrize("command", ["diagnose", "posterior"])
-def test_the_next_step_is_the_report_only_where_it_does_not_stand(calib: Front, whole: Path, command: str) -> None:
+def test_the_next_step_is_the_report_only_where_it_does_not_stand(calib: Front, whole: Path) -> None:
     calib("report", whole)
-    assert "calib report" not in calib(command, whole).out
+    assert "calib report" not in calib("diagnose", whole).out
     page = whole / "results" / "report.html"
     page.write_text(page.read_text() + " ")
-    assert f"Next: the report is out of date: calib report {whole}" in calib(command, whole).out
+    assert f"Next: the report is out of date: calib report {whole}" in calib("diagnose", whole).out
     page.unlink()
-    assert f"Next: calib report {whole}" in calib(command, whole).out
+    assert f"Next: calib report {whole}" in calib("diagnose", whole).out
 
 
 def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:
@@ -122,3 +115,81 @@ def test_a_fit_that_is_out_of_date_is_named_and_left_alone(calib: Front, whole: 
     for command in (("report", whole), ("mjcf", whole, "--out", tmp_path / "fish.xml")):
         assert_reports(calib(*command), "out of date", f"calib fit {whole}")
     assert results(whole) == before
+
+
+def cut(path: Path, share: float) -> None:
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+
+
+@pytest.mark.parametrize(("command", "share"), [("report", 0.0), ("mjcf", 0.97)])
+def test_a_fit_cut_short_is_called_incomplete(command: str, share: float, finished: Path, calib: Front) -> None:
+    cut(finished / "results" / "calibration.json", share)
+    out = ("--out", finished / "out.xml") if command == "mjcf" else ()
+    outcome = calib(command, finished, *out)
+    assert_reports(outcome, "the fit is incomplete; found calibration.json, whose end is missing", "Run `calib fit ")
+    assert "the fit is incomplete" in calib("doctor", finished).out
+    with pytest.raises(InputError, match=r"calibration\.json: the result is incomplete"):
+        load_fish(finished)
+
+
+@pytest.mark.long
+def test_a_fit_cut_short_is_made_again_and_the_reason_is_told(finished: Path, calib: Front) -> None:
+    cut(finished / "results" / "calibration.json", 0.5)
+    outcome = calib("fit", finished, "--effort", "quick", "-v")
+    assert outcome.code == 0
+    assert "calibration.json was incomplete: its end was missing or damaged. It was made again." in outcome.out
+    assert calib("report", finished).code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "what", "share"), [("posterior.nc", "posterior", 0.97), ("diagnosis.json", "diagnosis", 0.0)]
+)
+def test_what_builds_on_a_fit_is_left_out_where_it_is_cut_short(
+    name: str, what: str, share: float, whole: Path, calib: Front
+) -> None:
+    cut(whole / "results" / name, share)
+    outcome = calib("report", whole)
+    assert outcome.code == 0
+    command = {"posterior": "posterior", "diagnosis": "diagnose"}[what]
+    assert f"{what} is incomplete (`calib {command} " in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("name", "command", "untrue"),
+    [("posterior.json", "posterior", "was not sampled"), ("diagnosis.json", "diagnose", "were not searched")],
+)
+def test_a_summary_names_the_file_that_is_cut_short_and_the_next_step(
+    name: str, command: str, untrue: str, whole: Path, calib: Front
+) -> None:
+    cut(whole / "results" / name, 0.5)
+    said = calib("fit", whole).out
+    assert f"results/{name} is damaged or cut short." in said
+    assert f"Next: calib {command} {whole}" in said
+    assert untrue not in said
+
+
+@pytest.mark.long
+def test_a_posterior_cut_short_is_made_again_and_the_reason_is_told(whole: Path, calib: Front) -> None:
+    cut(whole / "results" / "posterior.json", 0.5)
+    outcome = calib("posterior", whole, "-v")
+    assert "posterior.json was incomplete: its end was missing or damaged. It was made again." in outcome.out
+
+
+def test_draws_cut_short_are_called_incomplete(whole: Path) -> None:
+    cut(whole / "results" / "posterior.nc", 0.6)
+    with pytest.raises(InputError, match=r"posterior.nc: the result is incomplete.*again with `calib posterior`"):
+        load_fish(whole, draws=3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.97])
+@pytest.mark.parametrize("suffix", [".npz", ".json"])
+def test_a_policy_cut_short_is_called_incomplete(suffix: str, share: float, tmp_path: Path) -> None:
+    from swimgym.policy import SHIPPED, load_policy
+
+    for part in (".npz", ".json"):
+        (tmp_path / f"target{part}").write_bytes((SHIPPED / f"target{part}").read_bytes())
+    load_policy(tmp_path / "target")
+    cut(tmp_path / f"target{suffix}", share)
+    with pytest.raises(InputError, match=rf"it is incomplete; found target{suffix}, whose end is missing"):
+        load_policy(tmp_path / "target")

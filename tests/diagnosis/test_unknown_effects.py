@@ -108,7 +108,7 @@ def test_it_is_placed_where_it_acts(
     effect: Effect, stage: str, of_gap: str, length: float, pushed: ForceResponses
 ) -> None:
     chances, most = placed(effect, np.array([[1.0]]), pushed, length)
-    assert chances[stage] > 0.9
+    assert chances[stage] == max(chances.values()) > 0.6
     assert most == of_gap
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.reports.undrawn import nothing_drawn
+from tests.reports.page import nothing_drawn
 
 
 @pytest.fixture

@@ -1,7 +1,13 @@
 """A report read back: its text, its ids and whatever in it could ask for a file."""
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html.parser import HTMLParser
+from typing import TextIO
+
+import pytest
+from matplotlib.figure import Figure
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 
@@ -49,3 +55,16 @@ class Page(HTMLParser):
     def handle_data(self, data: str) -> None:
         if not {"style", "script"} & set(self.open):
             self._text.append(data)
+
+
+def undrawn(_figure: Figure, file: TextIO, **_: object) -> None:
+    """In the place of `Figure.savefig`."""
+    file.write("<svg><defs></defs></svg>")
+
+
+@contextmanager
+def nothing_drawn() -> Iterator[None]:
+    """Within the block figures are made and not drawn."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", undrawn)
+        yield

@@ -7,18 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.result import DiagnosisResult
+from diagnosis.result import DiagnosisResult, MissingForces
+from fitting.calibration import CalibratedTrial
+from fitting.pool import waves
 from reports import gap
 from reports.caveats import gap_caveats
 from reports.first_screen import build_summary
+from reports.gap_figures import likenesses, motions, seen
 from reports.page import render_page
 from reports.report import render_report
-from reports.words import shown
 from swimcal.results import to_plain
-from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
-from tests.reports.page import Page
-from tests.reports.sample import made_context
-from tests.reports.undrawn import nothing_drawn
+from swimcal.robot import load_robot
+from tests.fitting.swims import filmed
+from tests.reports.diagnoses import FITTED, JOINTS, made_diagnosed, made_everything, made_forces
+from tests.reports.page import Page, nothing_drawn
+from tests.reports.sample import made_context, made_trial
 
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 
@@ -32,7 +35,6 @@ def page_of(found: DiagnosisResult | None, effort: str = "full") -> Page:
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, Page]:
-    """By verdict; the figures of a named gap alone are drawn."""
     with nothing_drawn():
         others = {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS[1:]}
     return {"named": page_of(made_diagnosed("named")), **others}
@@ -60,15 +62,6 @@ def test_the_first_sentence_says_what_the_exported_twin_lacks(verdict: str, said
     assert said in whole.text.replace(" and  ", " and ").replace("  ", " ")
 
 
-def test_where_something_is_named_the_first_screen_says_how_far_each_error_shrinks() -> None:
-    for verdict, after in (("named", True), ("unexplained", False)):
-        context = replace(made_context(), diagnosed=made_diagnosed(verdict))
-        (missing,) = [each for each in [context.answers.missing] if each is not None]
-        assert [change.quantity for change in missing.changes][:2] == ["markers", "speed"]
-        assert all(np.isfinite(change.after) == after for change in missing.changes)
-        assert all((f" to {shown(change.after)}" in missing.how_far) == after for change in missing.changes)
-
-
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verdict: str) -> None:
     asked = [pages[verdict].text.index(question) for question in ("Where?", "Which?", "How far?")]
@@ -76,14 +69,6 @@ def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verd
     assert asked == sorted(asked)
     assert not re.search(r"\bnan\b|None", pages[verdict].text)
     assert pages[verdict].open == []
-
-
-def test_every_figure_of_a_named_gap_is_in_the_page(pages: dict[str, Page]) -> None:
-    page = pages["named"]
-    wanted = {"fish", "shares", "effects", "held-out", "forces"}
-
-    assert {name.removeprefix("gap-") for name in page.ids} >= wanted
-    assert len(page.ids) == len(set(page.ids))
 
 
 @pytest.mark.parametrize(
@@ -130,23 +115,17 @@ def test_numbers_of_the_diagnosis_stand_with_what_they_are_of(pages: dict[str, P
         ),
     ],
 )
-def test_what_takes_from_a_diagnosis_is_said(verdict: str, changes: dict[str, Any], said: str) -> None:
+def test_what_takes_from_a_diagnosis_is_said(
+    pages: dict[str, Page], verdict: str, changes: dict[str, Any], said: str
+) -> None:
     text = page_of(made_diagnosed(verdict, **changes), "quick").text
     assert said in text
     assert "made with effort quick" in text
-    assert said not in page_of(made_diagnosed(verdict)).text
+    assert said not in pages[verdict].text
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_a_gap_that_grows_is_said() -> None:
-    shrunk = {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
-    found = made_diagnosed(gap=shrunk)
-
-    assert "What explains the fit trials does not help the held-out ones." in page_of(found).text
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_all_effects_at_once_are_reported_where_they_are_called_for() -> None:
+def test_all_effects_at_once_are_reported_where_they_are_called_for(pages: dict[str, Page]) -> None:
     page = page_of(made_diagnosed("unexplained", everything=made_everything()))
 
     assert "the fitted trials support more than is named, by a log Bayes factor of 41" in page.text
@@ -163,7 +142,7 @@ def test_all_effects_at_once_are_reported_where_they_are_called_for() -> None:
     )
     assert "crank arm error (relative −3.2) and tendon asymmetry (length 1.4)" in page.text
     assert "gap-everything" in page.ids
-    assert "gap-everything" not in page_of(made_diagnosed("unexplained")).ids
+    assert "gap-everything" not in pages["unexplained"].ids
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -174,19 +153,91 @@ def test_without_held_out_swims_it_says_how_to_hold_one_out() -> None:
     assert "gap-effects" in bare.ids
 
 
-@pytest.mark.parametrize(
-    ("verdict", "says"), [("unexplained", "Verdict: unexplained."), ("no_gap", "Verdict: no gap.")]
-)
-def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdict: str, says: str) -> None:
-    text = pages[verdict].text
-
-    assert says in text
-    assert "Nothing was added to the twin; this is its gap." in text
-    assert "as strong as the refit" not in text
-    assert "12.0 →" not in text
-
-
 @pytest.mark.parametrize(("chance", "said"), [(0.7, True), (0.001, False)])
 def test_no_gap_that_a_wobbling_head_leaves_unexplained_says_so(chance: float, said: bool) -> None:
     found = made_diagnosed("unexplained", no_gap_probability=chance)
     assert any("path_wobbles" in caveat for caveat in gap_caveats(found)) == said
+
+
+ROBOT = load_robot()
+
+
+def test_missing_forces_have_the_size_and_the_course_of_their_harmonics() -> None:
+    forces = made_forces(0.004, 0.001)
+    mean, sd = forces.over(np.array([0.0, np.pi / 2]))
+
+    np.testing.assert_allclose(mean[0, -1], [0.004, 0.0], atol=1e-12)
+    np.testing.assert_allclose(sd[0, -1], 0.001 * np.sqrt(1 + 3), atol=1e-12)
+    assert forces.size[-1] == pytest.approx(0.004 / np.sqrt(2))
+    assert forces.clear[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("motion", "sign"), [("deflection", -1.0), ("speed", -1.0), ("acceleration", 1.0)], ids=["spring", "damper", "mass"]
+)
+def test_a_torque_goes_with_the_motion_that_makes_it(motion: str, sign: float) -> None:
+    """In two swims of different frequency: a spring and a mass are in phase, and reported apart all the same."""
+    trials = [gently(made_trial(ROBOT, name, seconds=10.0)) for name in FITTED]
+    mean = np.zeros((len(FITTED), len(JOINTS), 7))
+    for place, trial in enumerate(trials):
+        kept = trial.measured.kept
+        time_s = trial.measured.time_s[kept]
+        bend = motions(trial, kept, ROBOT)[JOINTS[-1]]
+        rates = {"deflection": bend, "speed": np.gradient(bend, time_s)}
+        rates["acceleration"] = np.gradient(rates["speed"], time_s)
+        turn = trial.phase_rad + 2 * np.pi * trial.simulated_hz * time_s
+        columns = np.column_stack([np.ones(len(turn)), waves(turn, 3)])
+        mean[place, -1] = sign * 0.01 * np.linalg.lstsq(columns, rates[motion], rcond=None)[0]
+
+    like = likenesses(MissingForces(JOINTS, FITTED, mean, 0 * mean), trials, ROBOT)
+
+    assert like[JOINTS[-1]].motions == (motion,)
+    assert like[JOINTS[-1]].correlation == pytest.approx(sign, abs=0.02)
+    assert like["head_moment"].correlation == 0.0, "nothing is missing there"
+
+
+def test_a_bent_hinge_is_read_off_the_markers() -> None:
+    """All that lies behind the third hinge is turned by 0.2 rad."""
+    trial = made_trial(ROBOT, "fast")
+    markers = tuple(ROBOT.markers)
+    place = ROBOT.marker_positions_m(markers)
+    behind = np.maximum(place[:, 0] - ROBOT.hinge_x_m[2], 0.0)
+    shape = np.stack([place[:, 0] - behind * (1 - np.cos(0.2)), place[:, 1] + behind * np.sin(0.2)], axis=1)
+    shapes = np.broadcast_to(shape - shape[markers.index("nose")], (len(trial.measured.time_s), *shape.shape))
+    seen = replace(trial.measured.head, shape_m=shapes)
+    bent = replace(
+        trial,
+        measured=replace(trial.measured, tracks=filmed(markers, trial.measured.time_s, shapes, seen)),
+        simulated=replace(trial.simulated, shape_m=shapes),
+    )
+
+    found = motions(bent, trial.measured.kept, ROBOT)
+
+    assert sum(found[hinge][0] for hinge in ROBOT.hinges) == pytest.approx(0.2, abs=1e-3)
+    assert max(ROBOT.hinges, key=lambda hinge: found[hinge][0]) == ROBOT.hinges[2]
+
+
+def gently(trial: CalibratedTrial) -> CalibratedTrial:
+    """A fifth of its sway, so that three harmonics hold the beat of every hinge."""
+    return replace(trial, simulated=replace(trial.simulated, shape_m=trial.simulated.shape_m * [1.0, 0.2]))
+
+
+@pytest.mark.usefixtures("words_alone")
+def test_forces_that_would_print_as_zero_are_left_out_with_their_table_and_figure() -> None:
+    small, none = made_forces(0.004), made_forces(1e-7)
+    assert [small.joints[place] for place in seen(small)] == [small.joints[-1]]
+    context = made_context()
+    for forces, shows in ((small, True), (none, False)):
+        diagnosed = made_diagnosed("named", missing_forces=to_plain(forces))
+        page = render_report(replace(context, diagnosed=diagnosed), (gap.build_gap,))
+        assert ('id="gap-forces"' in page) == shows
+        assert ("Size of each missing force" in page) == shows
+        assert "0.00 mN" not in page
+
+
+@pytest.mark.usefixtures("words_alone")
+def test_a_gap_that_grows_is_said() -> None:
+    shrunk = {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
+    found = made_diagnosed(gap=shrunk)
+
+    assert "What explains the fit trials does not help the held-out ones." in page_of(found).text

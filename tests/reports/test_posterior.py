@@ -10,10 +10,9 @@ from fitting.posterior.whiteness import noise_flags
 from reports import posterior
 from reports.first_screen import build_summary
 from reports.report import render_report
-from tests.reports.page import Page
+from tests.reports.page import Page, nothing_drawn
 from tests.reports.posteriors import made_summary
 from tests.reports.sample import ROLES, made_calibration, made_context
-from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
@@ -62,11 +61,6 @@ def test_every_interval_stands_beside_the_fit(page: Page) -> None:
     assert re.search(r"Magnus lift [\d.]+ 3 ± 2 [\d.]+ to [\d.]+ 69 no", page.text)
     assert re.search(r"slender drag [^–]* at a bound angular drag", page.text)
     assert not re.search(r"\bnan\b", page.text)
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_without_held_out_trials_it_says_so() -> None:
-    assert "No trial was held out." in page_of(made_summary(("medium", "fast")), ("medium", "fast")).text
 
 
 @pytest.mark.usefixtures("words_alone")

@@ -3,13 +3,11 @@
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from fitting.calibration import Calibration
 from reports.context import ReportContext
 from reports.report import render_report
-from reports.words import in_mm, shown
 from swimcal.flags import Flag
 from swimcal.session import Session
 from tests.reports.page import Page
@@ -63,18 +61,6 @@ def test_nothing_is_asked_for_from_outside(page: Page, html_of_medium: str) -> N
     assert len(html.encode()) < 1e6
 
 
-def test_the_first_screen_gives_the_numbers_that_the_calibration_has(page: Page) -> None:
-    first = page.text.split("Next:")[0]
-    assert "than the best simple rule" in first
-    forecasts = made_calibration().forecasts
-    for role, words in (("fit", "2 fit trials"), ("holdout", "1 held-out trial")):
-        alone = [trial for trial in forecasts.trials.values() if trial.role == role]
-        off = np.mean([abs(trial.forecasts["twin"].speed - trial.speed_measured) for trial in alone])
-        markers = np.mean([trial.forecasts["twin"].marker_error_mm for trial in alone])
-        assert f"{in_mm(float(off))} mm/s, {shown(float(markers))} mm" in first
-        assert words in first
-
-
 def test_flags_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
     summary, rest = page.text.split("Speeds and markers", 1)[0], page.text
 
@@ -113,6 +99,7 @@ def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     assert not re.search(r"\bnan\b", page.text)
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_names_and_messages_are_escaped() -> None:
     hostile = "<script>alert('x')</script> & $co_"
     calibration = made_calibration(("medium",))
@@ -126,24 +113,3 @@ def test_names_and_messages_are_escaped() -> None:
 
 def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medium: str) -> None:
     assert render_report(medium) == html_of_medium
-
-
-def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:
-    screen = html_of_medium.split('<section class="question"')[0]
-    for question in (
-        "How far off is the twin I can export?",
-        "How sure are the coefficients?",
-        "What is missing?",
-    ):
-        assert f"<h3>{question}</h3>" in screen
-    for command in ("calib posterior pool", "calib diagnose pool"):
-        assert f"<code>{command}</code>" in screen
-    assert len(Page(f"{screen}</main></body></html>").text.split()) < 400
-
-
-def test_nothing_is_hidden_but_what_a_heading_offers(html_of_medium: str) -> None:
-    """Sections are open; what is folded are tables and figures, each under its caption."""
-    folded = re.findall(r"<details[^>]*><summary>(.*?)</summary>", html_of_medium)
-    assert len(folded) == html_of_medium.count("<details")
-    assert all(text.strip() for text in folded)
-    assert "<details" not in html_of_medium.split('id="forecasts"')[0]

@@ -1,19 +1,23 @@
 """Sections say what their data say, and say so when their data are missing."""
 
+import math
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from reports.coefficients import build_coefficients
+from fitting.calibration import Calibration
+from fitting.structure import Source, Structure
 from reports.first_screen import build_summary
 from reports.forecasts import build_forecasts
 from reports.report import SECTIONS, SectionBuilder, render_report
+from reports.robot import build_structure
+from reports.words import counted, in_mm, listed, percent, shown, significant
 from swimcal.robot import load_robot
-from tests.reports.page import Page
+from tests.fitting.test_forecast import commanded
+from tests.reports.page import Page, nothing_drawn
 from tests.reports.sample import made_calibration, made_context, made_published
-from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(
@@ -62,14 +66,6 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 
 
-def test_the_published_search_is_next_to_the_fit_and_why_it_differs(full: Page) -> None:
-    assert "slender drag 7.8 7.02 to 8.58 3" in full.text
-    assert re.search(r"fit trials markers, as tracked \[mm\] [\d.]+ [\d.]+", full.text)
-    assert "attributes trim" in full.text
-    assert re.search(r"Over all trials \w+ is farthest off", full.text)
-    assert "calib fit SESSION --objective published does" in page_of(build_coefficients).text
-
-
 def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:
     """Re = U L / nu of the medium trial: 0.08 m/s over 0.576 m in water of 1e-6 m²/s."""
     robot = load_robot()
@@ -85,3 +81,81 @@ def test_a_diverged_sweep_is_drawn() -> None:
     page = page_of(build_summary, sweep=sweep)
 
     assert "The twin diverged at 12 frequencies" in page.text
+
+
+SLOW_M_S = 0.05
+"""Measured in the held-out trial; the twin's sweep says a tenth of a metre a second for every hertz."""
+
+
+def of_calibration(calibration: Calibration) -> Page:
+    return Page(render_report(made_context(calibration)))
+
+
+@pytest.fixture(scope="module")
+def by_command() -> Page:
+    """The beat is 0.75 of the command, so 0.6 Hz instead of the 0.5 Hz that were measured."""
+    with nothing_drawn():
+        return of_calibration(commanded(0.8, 0.8 / 0.75, 1.3 / 0.75))
+
+
+def test_the_error_of_the_forecast_is_next_to_that_of_the_twin(by_command: Page) -> None:
+    error = 1000 * (0.06 - SLOW_M_S)
+
+    assert re.search(rf"slow, held out 0\.500 50\.0 \+5\.0 \S+ \+{error:.1f} ", by_command.text)
+    assert re.search(r"medium, fitted 0\.800 80\.0 \+8\.0 \S+ – ", by_command.text)
+    assert re.search(rf"mean error, held out +5\.0 \S+ {error:.1f} ", by_command.text)
+
+
+@pytest.mark.usefixtures("words_alone")
+@pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
+def test_without_it_the_reason_is_reported(command: float | None) -> None:
+    by_command = of_calibration(commanded(command, 1.0, 1.5))
+    reported = "slow: its command is not known" if command is None else "forecast from the command, is outside"
+
+    assert "No forecast from the command of slow:" in by_command.text
+    assert reported in by_command.text
+    assert ("no command" in by_command.text.split("Of elongated body theory")[0]) == (command is None)
+    assert not re.search(r"\bnan\b", by_command.text)
+
+
+@pytest.mark.parametrize("nothing", [None, math.nan, math.inf])
+def test_what_is_not_known_is_a_dash(nothing: float | None) -> None:
+    assert {shown(nothing), significant(nothing), in_mm(nothing), percent(nothing)} == {"–"}
+
+
+def test_minus_is_a_minus_and_zero_has_no_sign() -> None:
+    assert [shown(-1.25, 2), shown(-0.001, 1), shown(0.04, 1, signed=True)] == ["−1.25", "0.0", "0.0"]
+    assert in_mm(0.0031, signed=True) == "+3.1"
+
+
+def test_a_share_is_whole_only_when_nothing_is_missing() -> None:
+    assert [percent(1.0), percent(0.99999), percent(0.5), percent(0.0)] == ["100 %", "99.9 %", "50.0 %", "0 %"]
+
+
+def test_lists_read_as_sentences() -> None:
+    assert [listed([]), listed(["a"]), listed(["a", "b", "c"])] == ["", "a", "a, b and c"]
+    assert listed(list("abcdefgh"), most=3) == "a, b, c and 5 more"
+    assert [counted(1, "trial"), counted(0, "trial")] == ["1 trial", "0 trials"]
+
+
+MEASURED = (
+    Source("hinge_stiffness", 0.6512, "N m/rad", 0.0021, ("decay_1", "decay_2"), ""),
+    Source("hinge_damping", 0.0213, "N m s/rad", 0.0004, ("decay_1", "decay_2"), ""),
+    Source("crank_arm", 0.03842, "m", 0.00006, ("dry_slow",), ""),
+)
+
+
+def of(changed: Structure):  # type: ignore[no-untyped-def]
+    return made_context(replace(made_calibration(), structure=changed))
+
+
+def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
+    section = build_structure(of(replace(made_calibration().structure, sources=MEASURED)))
+    (table,) = section.blocks
+
+    assert table.caption.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
+    assert table.rows[:3] == (  # type: ignore[union-attr]
+        ("hinge stiffness", "0.651 ± 0.002", "N m/rad", "decay_1 and decay_2"),
+        ("hinge damping", "21.3 ± 0.4", "mN m s/rad", "decay_1 and decay_2"),
+        ("crank arm", "38.42 ± 0.06", "mm", "dry_slow"),
+    )

@@ -12,7 +12,7 @@ from swimgym.course import make_course
 from swimgym.policy import SHIPPED, load_policy, swim
 from tests.reports.page import Page
 from tests.reports.sample import made_context
-from tests.reports.steered import made_circles, made_targets
+from tests.reports.whole import made_circles, made_targets
 from tests.swimgym.fish import fish
 
 

@@ -3,15 +3,19 @@
 import re
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
-from reports.recorded_trial import RecordedTrial
-from reports.recording import check_recording, write_recording
+from reports.recorded_trial import LONGEST, MissingOverTime, RecordedTrial, arrows_px
+from reports.recording import check_recording, make_proxy, write_recording
 from swimcal.errors import InputError
+from swimcal.robot import load_robot
 from swimcal.tracks import pixels_of
+from tests.reports.diagnoses import JOINTS, made_forces
 from tests.reports.recording.contents import EntityContents, read_recording, rows_of
 from tests.reports.recording.trials import (
+    BODY,
     FRAMES,
     HEIGHT_PX,
     LOST,
@@ -20,8 +24,11 @@ from tests.reports.recording.trials import (
     WIDTH_PX,
     frame_times_s,
     made_trial,
+    positions_px,
     trial_with_video,
+    write_video,
 )
+from tests.reports.sample import made_trial as made_swim
 from tracking.tracked import SampleState
 
 
@@ -170,3 +177,83 @@ def test_a_proxy_that_is_no_video_leaves_what_was_there(tmp_path: Path) -> None:
         write_recording(path, [made_trial(video_proxy=proxy)])
     assert path.read_bytes() == b"before"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["proxy.mp4", "session.rrd"]
+
+
+def made_missing(along: float = 0.3, across: float = 0.0) -> MissingOverTime:
+    """Nothing is known of the first two frames."""
+    force = np.zeros((FRAMES, len(JOINTS)))
+    force[:, 0], force[:, 1] = along, across
+    force[:, -1] = 0.001 * np.arange(FRAMES)
+    force[:2] = np.nan
+    return MissingOverTime(JOINTS, force)
+
+
+def test_every_layer_is_in_the_recording(tmp_path: Path) -> None:
+    trial = made_trial(missing=made_missing())
+    write_recording(tmp_path / "session.rrd", [trial])
+    entities = read_recording(tmp_path / "session.rrd").entities
+
+    vectors = rows_of(entities["/f1_00/picture/missing_force"], "Arrows2D:vectors")
+    assert [len(row) for row in vectors] == [0, 0, *[1] * (FRAMES - 2)]
+    torques = entities["/f1_00/missing_torque_mN_m"]
+    assert rows_of(torques, "SeriesLines:names") == [list(JOINTS[2:])]
+    assert rows_of(torques, "Scalars:scalars")[10][-1] == pytest.approx(10.0)
+    assert rows_of(entities["/f1_00/missing_force_mN"], "SeriesLines:names") == [["head_along", "head_across"]]
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "expected"), [(0.3, 0.0, (1, 0)), (-0.3, 0.0, (-1, 0)), (0.0, 0.3, (0, -1))]
+)
+def test_the_arrow_points_where_the_force_does(along: float, across: float, expected: tuple[int, int]) -> None:
+    """The neck is 20 px to the right of the nose: aft is right, and left of that, seen from above, is up."""
+    nose_px = np.zeros((FRAMES, 2))
+
+    arrows = arrows_px(made_missing(along, across), nose_px, nose_px + np.array([20.0, 0.0]))
+
+    np.testing.assert_allclose(arrows[5], 20.0 * LONGEST * np.array(expected), atol=1e-9)
+    assert np.isnan(arrows[0]).all()
+
+
+def test_the_force_follows_the_crank_of_the_twin() -> None:
+    swim = made_swim(load_robot(), "fast")
+    forces = made_forces(0.004)
+    frames = len(swim.measured.time_s)
+
+    missing = MissingOverTime.of(forces, swim, frames + 7, 5)
+
+    assert missing is not None
+    known = np.isfinite(missing.force[:, -1])
+    np.testing.assert_array_equal(np.flatnonzero(known), 5 + np.flatnonzero(swim.measured.kept))
+    turn = swim.phase_rad + 2 * np.pi * swim.simulated_hz * swim.measured.time_s[swim.measured.kept]
+    np.testing.assert_allclose(missing.force[known, -1], 0.004 * np.cos(turn), atol=1e-12)
+
+
+def test_of_a_held_out_swim_no_force_is_known() -> None:
+    swim = made_swim(load_robot(), "slow")
+
+    assert MissingOverTime.of(made_forces(), swim, 200, 0) is None
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_video(tmp_path_factory.mktemp("video") / "video.mp4", (2 * WIDTH_PX, 2 * HEIGHT_PX))
+
+
+def test_it_holds_every_picture_at_its_time(video: Path, tmp_path: Path) -> None:
+    seen: list[int] = []
+    assert make_proxy(video, tmp_path / "proxy.mp4", HEIGHT_PX, seen.append) == FRAMES
+    with av.open(str(tmp_path / "proxy.mp4")) as container:
+        frames = list(container.decode(video=0))
+        assert container.streams.video[0].codec_context.codec.canonical_name == "av1"
+    images = [frame.to_ndarray(format="rgb24") for frame in frames]
+
+    assert seen == list(range(1, FRAMES + 1))
+    np.testing.assert_allclose([frame.time for frame in frames], frame_times_s(), atol=1e-4)
+    assert images[0].shape == (HEIGHT_PX, WIDTH_PX, 3)
+    for image, centres in zip(images, positions_px(), strict=True):
+        found = np.argwhere(image[..., 0] > 150).mean(axis=0)[::-1]
+        np.testing.assert_allclose(found, centres.mean(axis=0), atol=0.5)
+    np.testing.assert_allclose(images[0][90, 40], BODY, atol=12)
+    keys = [k for k, frame in enumerate(frames) if frame.key_frame]
+    assert keys[0] == 0
+    assert max(np.diff([*keys, FRAMES])) <= 32, "close enough to jump"
