@@ -59,7 +59,8 @@ FROZEN_MOTION_PX = 2.0
 FROZEN_BETWEEN = 4
 """… for so many, if one moves so both before and after."""
 SAME_PX = 0.02
-"""No marker moves that far in a frozen picture, which is coded anew; one of many that rest does, by noise alone."""
+"""No marker moves that far in a frozen picture that is coded anew, if one moves both before and after; else none moves
+at all."""
 LONG_GAP, AROUND_GAP, HALFWAY = 6.0, 10, 0.5
 """Names are not sure after a gap in time of so many usual frames in which the markers, at their speed in so many frames
 before, move by this share of the distance of the nearest two."""
@@ -307,8 +308,10 @@ def frozen_picture(position_px: np.ndarray) -> np.ndarray:
     for first, last in stretches(same):
         sides = moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]
         abrupt = [side.max(initial=0.0) >= FROZEN_MOTION_PX for side in sides]
+        if not all(abrupt) and (not any(abrupt) or moved_px[first - 1 : last].any()):
+            continue
         least = FROZEN_BETWEEN if all(abrupt) else FROZEN_FRAMES
-        result[first : last + 1] = any(abrupt) and last - first + 2 >= least
+        result[first : last + 1] = last - first + 2 >= least
     return result
 
 
