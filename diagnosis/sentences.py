@@ -76,7 +76,8 @@ def which(data: DiagnosisResult) -> str:
     if verdict == "unexplained" and is_inadequate(data):
         helps = [name for name in chances if name != NONE][:2]
         most = f"; what helps most, although it does not suffice, is {' or '.join(map(plain, helps))}" if helps else ""
-        what = f"{'changed' if data.reference is not None else 'acts'}{_at_stage(data)}"
+        stage = at_stage(data)
+        what = f"{'changed' if data.reference is not None else 'acts'}{f', {stage}' if stage else ''}"
         return (
             f"Which: no set of effects of the catalogue leaves only noise, so something else {what}{most}"
             f"{_elsewhere(data)}; see the missing forces."
@@ -110,11 +111,11 @@ def which(data: DiagnosisResult) -> str:
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
 
-def _at_stage(data: DiagnosisResult) -> str:
-    """Say at which stage an effect outside the catalogue acts, if one is probable."""
+def at_stage(data: DiagnosisResult) -> str:
+    """Say at which stage an effect outside the catalogue acts, where none of it suffices; "" if none is probable."""
     stage = max(data.stages, key=lambda name: data.stages[name], default="")
     chance = data.stages.get(stage, 0.0)
-    return f", most probably {_OF_UNKNOWN[stage]} ({chance:.2f})" if chance > HELD else ""
+    return f"most probably {_OF_UNKNOWN[stage]} ({chance:.2f})" if is_inadequate(data) and chance > HELD else ""
 
 
 def is_inadequate(data: DiagnosisResult) -> bool:

@@ -221,6 +221,7 @@ class WhatIsMissing:
         size: how strong the named effects are, a sentence each.
         no_gap: whether the data need no effect.
         more_is_missing: whether the named effects leave more than noise.
+        at_stage: where an effect outside the catalogue acts, "most probably in the water (0.99)"; "" where not known.
     """
 
     where: str
@@ -233,13 +234,16 @@ class WhatIsMissing:
     size: str
     no_gap: bool
     more_is_missing: bool
+    at_stage: str
 
     @property
     def headline(self) -> str:
         """The missing effects in a few words."""
         if self.groups:
             return sentence(listed(self.groups, 3)).removesuffix(".")
-        return "Nothing that these trials show" if self.no_gap else "Something that these trials do not name"
+        if self.no_gap:
+            return "Nothing that these trials show"
+        return f"Something, {self.at_stage}" if self.at_stage else "Something that these trials do not name"
 
 
 @dataclass(frozen=True)
@@ -368,6 +372,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
+    from diagnosis.sentences import at_stage  # its package loads the twin
+
     where, which, how_far = (text.partition(": ")[2] for text in gap_sentences(found))
     few = {
         name: chance for i, (name, chance) in enumerate(found.chances.items()) if i < _LIKELY or name in found.effects
@@ -381,9 +387,8 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
     size = sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else ""
     more = found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE
-    return WhatIsMissing(
-        where, which, how_far, changes(found), chances, named, groups, size, found.verdict == "no_gap", more
-    )
+    nothing, stage = found.verdict == "no_gap", at_stage(found)
+    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, size, nothing, more, stage)
 
 
 def _next_step(

@@ -266,7 +266,8 @@ def _lead(answers: Answers) -> Markup:
         elif found.no_gap:
             parts.append(Markup("No effect of the catalogue is missing from it."))
         else:
-            parts.append(Markup("Something is missing from it that these trials do not name."))
+            at = f", {found.at_stage}," if found.at_stage else ""
+            parts.append(Markup("Something is missing from it{} that these trials do not name.").format(at))
     return Markup(" ").join(parts)
 
 
