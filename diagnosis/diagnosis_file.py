@@ -93,7 +93,7 @@ def _stages(found: Diagnosis) -> dict[str, float]:
         return dict(found.unknown_at)
     chances, of_stage = found.said.probabilities, dict[str, list[int]]()
     for number, signature in enumerate(found.weighed.signatures):
-        of_stage.setdefault(STAGE_OF[signature.effect.family], []).append(number)
+        of_stage.setdefault(STAGE_OF.get(signature.effect.family, signature.effect.family), []).append(number)
     return {stage: min(float(chances.any_present(own)), 1.0) for stage, own in of_stage.items()}
 
 

@@ -162,10 +162,10 @@ def unknown_effects(
 
 
 def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
-    """Return the probability that the gap is due to an effect of each stage; all but the rest is due to none.
+    """Return the probability that the gap is due to an effect of each stage; what they lack to 1 is that of no effect.
 
-    An unknown effect acts at one stage alone. No law has exactly its form: with `FORM_ERROR` of what the best stage
-    explains, which is more than noise where much is explained, differences between stages count less.
+    An unknown effect acts at one stage alone. No law has exactly its form, so a share `FORM_ERROR` of what the best
+    stage explains counts as noise: where much is explained, differences between stages tell less.
 
     Args:
         linear: the linearised model of the fitted trials.
@@ -174,8 +174,10 @@ def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Compo
     target = linear.space.projected(linear.residual)
     none, scores = -0.5 * float(target @ target), dict[str, float]()
     for stage, parts in members.items():
-        sizes, deviance = likeliest_sizes(target, [linear.space.projected(part.T).T for part in parts.values()])
-        scores[stage] = -0.5 * deviance - np.count_nonzero(sizes)
+        scores[stage] = none
+        if parts:
+            sizes, deviance = likeliest_sizes(target, [linear.space.projected(part.T).T for part in parts.values()])
+            scores[stage] = -0.5 * deviance - np.count_nonzero(sizes)
     noise = 1 + FORM_ERROR**2 * max(max(scores.values()) - none, 0.0)
     everything = float(logsumexp(np.array([none, *scores.values()]) / noise))
     return {stage: float(np.exp(score / noise - everything)) for stage, score in scores.items()}
