@@ -63,7 +63,8 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """Return the Jacobian (k + b, 5) of the row by the coefficients, on which only features depend.
 
-    Its steps are even in the roots of the coefficients.
+    Its steps are even in the roots of the coefficients. Where a trial's twin diverges a step to one side, the other
+    side tells; where to both, the coefficient has no effect on that trial.
 
     Args:
         model: the session.
@@ -71,8 +72,10 @@ def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
-    features = model.simulated(points)
-    slopes = (features[:5] - features[5:]) / np.diag(points[:5] - points[5:])[:, None]
+    features = model.simulated(np.vstack([points, at]))
+    up, down, middle = features[:5], features[5:10], features[10]
+    up, down = np.where(np.isfinite(up), up, 2 * middle - down), np.where(np.isfinite(down), down, 2 * middle - up)
+    slopes = np.nan_to_num(up - down) / np.diag(points[:5] - points[5:])[:, None]
     return np.vstack([slopes.T, np.zeros((model.beside, 5))])
 
 

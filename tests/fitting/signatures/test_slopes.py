@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from fitting.signatures import Signature, little, pieces
+from fitting.signatures import Signature, little, pieces, row_slopes
 from tests.fitting.signatures.made import Made
 
 TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))
@@ -62,3 +62,32 @@ def test_little_is_the_mean_of_both_sides() -> None:
     assert found == pytest.approx(TURN)
     assert little(signature(linear, diverges=(-3.0, -1.0, 3.0)), 0) == pytest.approx(TURN)
     assert little(signature(linear, diverges=(-3.0, -1.0, 1.0, 3.0)), 0) is None
+
+
+class _DivergesBeside:
+    """Features that are the coefficients' sum and product; the second trial's twin diverges beside on some sides."""
+
+    beside = 1
+
+    def __init__(self, sides: tuple[int, ...]) -> None:
+        self._sides = sides
+
+    def simulated(self, points: np.ndarray) -> np.ndarray:
+        features = np.column_stack([points.sum(axis=1), points.prod(axis=1)])
+        gone = [np.sign(round(point[0] - BESIDE[0], 9)) in self._sides for point in points]
+        features[gone, 1] = np.nan
+        return features
+
+
+BESIDE = np.array([0.5, 2.0, 3.0, 1.5, 1.0])
+
+
+@pytest.mark.parametrize(("sides", "slope"), [((), 9.0), ((1,), 9.0), ((-1,), 9.0), ((1, -1), 0.0)])
+def test_a_twin_that_diverges_beside_the_coefficients_leaves_the_other_side(
+    sides: tuple[int, ...], slope: float
+) -> None:
+    slopes = row_slopes(_DivergesBeside(sides), BESIDE)  # type: ignore[arg-type]
+    np.testing.assert_allclose(slopes[0], 1.0)
+    assert slopes[1, 0] == pytest.approx(slope, rel=0.05)
+    np.testing.assert_allclose(slopes[1, 1:], BESIDE.prod() / BESIDE[1:], rtol=1e-3)
+    assert not slopes[2].any()
