@@ -30,7 +30,6 @@ STAGE_OF = {"fluid": "water", "structure": "structure", "tendons": "tendons", "d
 """Stage at which the effects of each family of the catalogue act."""
 STAGE_OF_GAP = {"water": "body", "structure": "tail", "tendons": "tail", "drive": "drive", "camera": "camera"}
 """Stage of `diagnosis.where` at which an unknown effect makes a gap."""
-_DENSITY = 1000.0  # kg/m^3; of the order of the water's: sizes are free
 _SLOW_RAD_S = 0.2  # rate of a hinge at which dry friction has three quarters of its torque
 
 
@@ -185,21 +184,21 @@ def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Compo
 
 def _of_water(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the columns (k, 4) of each law of the water; in air it does nothing."""
-    wet = [None if swim.clamped else swim for swim in swims]
     for name, law in _OF_WATER.items():
-        pushed = [None if swim is None else law(swim) * swim.motion.along for swim in wet]
+        pushed = [law(swim) * swim.motion.along * (not swim.clamped) for swim in swims]
         yield name, _of_shapes(robot, forces, swims, pushed)
 
 
 def _of_structure(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the columns (k, h) of each law of the hinges, and (k, 4) of masses."""
+    hinges = np.arange(len(robot.hinges))
     for name, law in _OF_HINGES.items():
         yield (
             name,
             np.column_stack(
                 [
-                    _row(forces, swims, [swim.of_torques(_alone(law(swim), hinge)) for swim in swims])
-                    for hinge in range(len(robot.hinges))
+                    _row(forces, swims, [swim.of_torques(law(swim) * (hinges == hinge)) for swim in swims])
+                    for hinge in hinges
                 ]
             ),
         )
@@ -235,11 +234,11 @@ def _of_drive(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _of_shapes(
-    robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim], pushed: Sequence[np.ndarray | None]
+    robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim], pushed: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Return the columns (k, 4) of forces on the plates (n, p), in the pool, with coefficients along the body.
 
-    One changes on the head, two towards either end of the tail, one on the fin; None: no force in that trial.
+    One acts on the head, two towards either end of the tail, one on the fin. Their sizes are free, and so are units.
     """
     plates = swims[0].plates
     area_m2 = 4 * plates.half_m[:, 0] * plates.half_m[:, 2]
@@ -249,12 +248,8 @@ def _of_shapes(
     shapes[1, 1:-1], shapes[2, 1:-1] = 1 - tail, tail
     columns = []
     for shape in shapes:
-        weight = _DENSITY * area_m2 * shape
-        of_trial = [
-            np.zeros((len(swim.time_s), len(forces.joints))) if force is None else swim.of_forces(weight * force)
-            for swim, force in zip(swims, pushed, strict=True)
-        ]
-        columns.append(_row(forces, swims, of_trial))
+        acting = [swim.of_forces(area_m2 * shape * force) for swim, force in zip(swims, pushed, strict=True)]
+        columns.append(_row(forces, swims, acting))
     return np.column_stack(columns)
 
 
@@ -265,11 +260,4 @@ def _row(forces: ForceResponses, swims: Sequence[_Swim], acting: Sequence[np.nda
         beat = swim.beat[swim.kept]
         amplitude = np.linalg.lstsq(beat, force[swim.kept], rcond=None)[0].T / forces.unit[:, None]  # (j, 7)
         found += np.einsum("kjn,jn->k", forces.columns[:, trial], amplitude)
-    return found
-
-
-def _alone(torque_n_m: np.ndarray, hinge: int) -> np.ndarray:
-    """Return the torques (n, h) of one hinge alone."""
-    found = np.zeros_like(torque_n_m)
-    found[:, hinge] = torque_n_m[:, hinge]
     return found

@@ -1,19 +1,20 @@
 """Frames that the film itself spoils: damaged and repeated ones.
 
 `missing_at_the_end`, `lost_frames` and `suspect_frames` report what of a damaged file is lost. `Repeats` finds pictures
-that repeat the one before: a film stored at a higher frame rate than it was taken at. `stretches` splits such frames
-into runs.
+that repeat the one before: a film stored at a higher frame rate than it was taken at. `frozen_picture` and
+`repeated_rows` find the same by markers that do not move. `stretches` splits such frames into runs.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import av
 import cv2
 import numpy as np
 
+from swimcal.flags import Flag
 from tracking.decoding import AVI, FrameIndex
 
 # Damaged files.
@@ -53,6 +54,20 @@ AT_LEAST = 3
 UNMOVED, NEARBY = 0.2, 6
 """In such a film a frame repeats the one before, too, where all markers move less than this share of what they usually
 do within so many frames."""
+
+# Pictures that stand still, told by the markers.
+FROZEN_FRAMES = 6
+"""The picture is frozen if no marker at all moves for so many frames …"""
+FROZEN_MOTION_PX = 2.0
+"""… and just before or after one moves by this in a frame; …"""
+FROZEN_BETWEEN = 4
+"""… for so many, if one moves so both before and after."""
+SAME_PX = 0.02
+"""No marker moves that far in a frozen picture that is coded anew, if one moves both before and after; else none moves
+at all."""
+BEFORE_STOP, GOES_ON_STEPS = 4, 2.0
+"""A picture that stood still goes on where it stopped if its markers move by less than so many times what they did at
+most in so many frames before."""
 
 
 def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
@@ -222,3 +237,88 @@ def _quantile(values: Iterable[float] | np.ndarray, share: float) -> float:
     """Compute what `np.quantile` does; of few values it does so ten times as fast."""
     ordered = np.sort(np.asarray(values), axis=None)
     return float(np.interp(share * (len(ordered) - 1), np.arange(len(ordered)), ordered))
+
+
+def frozen_picture(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
+
+    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
+    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
+    """
+    moved_px, same = _same_picture(position_px)
+    result = np.zeros(len(same), bool)
+    for first, last in stretches(same):
+        sides = moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]
+        abrupt = [side.max(initial=0.0) >= FROZEN_MOTION_PX for side in sides]
+        if not all(abrupt) and (not any(abrupt) or moved_px[first - 1 : last].any()):
+            continue
+        least = FROZEN_BETWEEN if all(abrupt) else FROZEN_FRAMES
+        result[first : last + 1] = last - first + 2 >= least
+    return result
+
+
+def stopped_clock(frozen: np.ndarray, position_px: np.ndarray) -> list[int]:
+    """List the frames in which markers (n, m, 2) go on after a frozen stretch as if no time had passed.
+
+    A robot that went on while its picture froze has moved as far as in all the frames between.
+    """
+    step = np.linalg.norm(np.diff(position_px, axis=0), axis=2)  # (n - 1, m)
+    found = []
+    for first, last in stretches(frozen):
+        if last + 1 == len(frozen) or first < BEFORE_STOP:
+            continue
+        before_px = step[first - BEFORE_STOP : first - 1].max(axis=0)
+        known = np.isfinite(before_px) & np.isfinite(step[last])
+        if known.any() and np.median(step[last, known]) < GOES_ON_STEPS * np.median(before_px[known]):
+            found.append(last + 1)
+    return found
+
+
+def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...], stopped: Collection[int], part: slice) -> list[Flag]:
+    """Make a flag for each stretch (n,) in which the picture is frozen.
+
+    Args:
+        frozen: (n,) frames in which it is.
+        markers: names of the markers.
+        stopped: frames in which the motion goes on as if no time had passed.
+        part: what counts of a trial then.
+    """
+    flags = []
+    for first, last in stretches(frozen):
+        message = f"no marker moves for {last - first + 1} frames: the video stands still or repeats itself"
+        if last + 1 in stopped:
+            message += f", and goes on where it stopped; only frames {part.start} to {part.stop - 1} count"
+        flags.append(Flag("frozen_marker", markers, (first, last), message))
+    return flags
+
+
+def repeated_rows(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames that repeat the one before amid motion, where many of markers (n, m, 2) do.
+
+    Tracks that are stored at a higher rate than they were taken at do so.
+    """
+    moved_px, same = _same_picture(position_px)
+    result = np.zeros(len(same), bool)
+    for first, last in stretches(same):
+        sides = np.concatenate([moved_px[max(first - 2, 0) : first - 1], moved_px[last : last + 1]])
+        result[first : last + 1] = last - first < LONGEST and sides.min(initial=np.inf) >= FROZEN_MOTION_PX
+    return result if result.sum() >= max(AT_LEAST, OFTEN * len(result)) else np.zeros(len(result), bool)
+
+
+def repeat_flags(repeated: np.ndarray) -> list[Flag]:
+    """Make the flag for rows (n,) that repeat the one before."""
+    if not repeated.any():
+        return []
+    message = (
+        f"{int(repeated.sum())} of {len(repeated)} frames repeat the one before: the tracks are stored at a higher "
+        "rate than they were taken at; these frames are left out"
+    )
+    return [Flag("repeated_frames", message=message)]
+
+
+def _same_picture(position_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest step (n - 1,) of markers (n, m, 2), px, and the frames (n,) in which none moves."""
+    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
+    moved_px = step.max(axis=(1, 2), initial=0.0)
+    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
+    return moved_px, np.concatenate([[False], (moved_px <= SAME_PX) & seen[1:]])

@@ -12,7 +12,6 @@ do not count either.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +35,14 @@ from tracking.following import (
     reaching,
     widened,
 )
-from tracking.harmed_frames import AT_LEAST, LONGEST, OFTEN, stretches
+from tracking.harmed_frames import (
+    frozen_flags,
+    frozen_picture,
+    repeat_flags,
+    repeated_rows,
+    stopped_clock,
+    stretches,
+)
 from tracking.tracked import drop_repeat_flags, mask_untrusted, repeated_frames, seen_in
 
 # Frozen boxes.
@@ -52,21 +58,9 @@ CLAMPED_SPREAD = 0.1
 # Names of flagged stretches.
 JUMP_FRAMES = 6
 """A stretch no longer than this is called a jump."""
-FROZEN_FRAMES = 6
-"""The picture is frozen if no marker at all moves for so many frames …"""
-FROZEN_MOTION_PX = 2.0
-"""… and just before or after one moves by this in a frame; …"""
-FROZEN_BETWEEN = 4
-"""… for so many, if one moves so both before and after."""
-SAME_PX = 0.02
-"""No marker moves that far in a frozen picture that is coded anew, if one moves both before and after; else none moves
-at all."""
 LONG_GAP, AROUND_GAP, HALFWAY = 6.0, 10, 0.5
 """Names are not sure after a gap in time of so many usual frames in which the markers, at their speed in so many frames
 before, move by this share of the distance of the nearest two."""
-BEFORE_STOP, GOES_ON_STEPS = 4, 2.0
-"""A picture that stood still goes on where it stopped if its markers move by less than so many times what they did at
-most in so many frames before."""
 
 # When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
 FLOOR_PX = 5.0
@@ -297,91 +291,6 @@ def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
     return tuple(sorted(flags, key=lambda flag: (flag.frames or (0, 0), flag.markers)))
 
 
-def frozen_picture(position_px: np.ndarray) -> np.ndarray:
-    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
-
-    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
-    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
-    """
-    moved_px, same = _same_picture(position_px)
-    result = np.zeros(len(same), bool)
-    for first, last in stretches(same):
-        sides = moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]
-        abrupt = [side.max(initial=0.0) >= FROZEN_MOTION_PX for side in sides]
-        if not all(abrupt) and (not any(abrupt) or moved_px[first - 1 : last].any()):
-            continue
-        least = FROZEN_BETWEEN if all(abrupt) else FROZEN_FRAMES
-        result[first : last + 1] = last - first + 2 >= least
-    return result
-
-
-def _same_picture(position_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest step (n - 1,) of markers (n, m, 2), px, and the frames (n,) in which none moves."""
-    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
-    moved_px = step.max(axis=(1, 2), initial=0.0)
-    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
-    return moved_px, np.concatenate([[False], (moved_px <= SAME_PX) & seen[1:]])
-
-
-def repeated_rows(position_px: np.ndarray) -> np.ndarray:
-    """Return (n,) frames that repeat the one before amid motion, where many of markers (n, m, 2) do.
-
-    So are tracks stored at a higher rate than they were taken at.
-    """
-    moved_px, same = _same_picture(position_px)
-    result = np.zeros(len(same), bool)
-    for first, last in stretches(same):
-        sides = np.concatenate([moved_px[max(first - 2, 0) : first - 1], moved_px[last : last + 1]])
-        result[first : last + 1] = last - first < LONGEST and sides.min(initial=np.inf) >= FROZEN_MOTION_PX
-    return result if result.sum() >= max(AT_LEAST, OFTEN * len(result)) else np.zeros(len(result), bool)
-
-
-def repeat_flags(repeated: np.ndarray) -> list[Flag]:
-    """Make the flag for rows (n,) that repeat the one before."""
-    if not repeated.any():
-        return []
-    message = (
-        f"{int(repeated.sum())} of {len(repeated)} frames repeat the one before: the tracks are stored at a higher "
-        "rate than they were taken at; these frames are left out"
-    )
-    return [Flag("repeated_frames", message=message)]
-
-
-def stopped_clock(frozen: np.ndarray, position_px: np.ndarray) -> list[int]:
-    """List the frames in which markers (n, m, 2) go on after a frozen stretch as if no time had passed.
-
-    Of a picture that froze while the robot went on it has moved by as much as in all the frames between.
-    """
-    step = np.linalg.norm(np.diff(position_px, axis=0), axis=2)  # (n - 1, m)
-    found = []
-    for first, last in stretches(frozen):
-        if last + 1 == len(frozen) or first < BEFORE_STOP:
-            continue
-        before_px = step[first - BEFORE_STOP : first - 1].max(axis=0)
-        known = np.isfinite(before_px) & np.isfinite(step[last])
-        if known.any() and np.median(step[last, known]) < GOES_ON_STEPS * np.median(before_px[known]):
-            found.append(last + 1)
-    return found
-
-
-def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...], stopped: Collection[int], part: slice) -> list[Flag]:
-    """Make a flag for each stretch (n,) in which the picture is frozen.
-
-    Args:
-        frozen: (n,) frames in which it is.
-        markers: names of the markers.
-        stopped: frames in which the motion goes on as if no time had passed.
-        part: what counts of a trial then.
-    """
-    flags = []
-    for first, last in stretches(frozen):
-        message = f"no marker moves for {last - first + 1} frames: the video stands still or repeats itself"
-        if last + 1 in stopped:
-            message += f", and goes on where it stopped; only frames {part.start} to {part.stop - 1} count"
-        flags.append(Flag("frozen_marker", markers, (first, last), message))
-    return flags
-
-
 def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, last: int) -> Flag:
     span, long, concerned = slice(first, last + 1), last - first + 1, markers[k : k + 1]
     off_px = np.linalg.norm(findings.position_px[span, k] - findings.put_px[span, k], axis=1).max()
@@ -476,7 +385,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
 
 
 def _lost_over_gap(tracked: xr.Dataset) -> list[Flag]:
-    """Flag what follows the first gap in time over which a robot so fast may come to lie on other markers' places."""
+    """Flag all frames after the first gap in time in which the robot moves so far that markers may be mistaken."""
     position, time_s = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan), tracked.time.values
     step_s, step_px = np.diff(time_s), np.linalg.norm(np.diff(position, axis=0), axis=2)  # (n - 1,), (n - 1, m)
     usual_s = float(np.median(step_s)) if len(step_s) else 0.0

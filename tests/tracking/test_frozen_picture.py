@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracking.quality import frozen_flags, frozen_picture, repeat_flags, repeated_rows, stopped_clock
+from tracking.harmed_frames import frozen_flags, frozen_picture, repeat_flags, repeated_rows, stopped_clock
 
 
 def moving(frames: int = 60) -> np.ndarray:
