@@ -1,4 +1,4 @@
-"""`python -m benchmarks posterior`: coverage, with and without variation between trials, and uniform ranks."""
+"""`python -m benchmarks posterior`: coverage, with and without variation between trials and gaps, and uniform ranks."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -127,11 +127,15 @@ def holm(p: np.ndarray) -> np.ndarray:
 def _measure_calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     width = median([score.q95[i] - score.q05[i] for score in scores])
+    parts = {
+        "varied": ("whose trials vary", [score for score in scores if score.varied]),
+        "alike": ("whose trials do not", [score for score in scores if not score.varied]),
+        "gapped": ("with gaps", [score for score in scores if score.gapped]),
+    }
     split = {
-        name: Measure(
-            f"… of sessions {words}", _count_covered([score for score in scores if score.varied == varied], i)
-        )
-        for varied, name, words in ((True, "varied", "whose trials vary"), (False, "alike", "whose trials do not"))
+        name: Measure(f"… of sessions {words}", _count_covered(part, i))
+        for name, (words, part) in parts.items()
+        if part
     }
     return {
         "covered": Measure("truths inside the 90 % interval", _count_covered(scores, i), "86 to 94 %"),

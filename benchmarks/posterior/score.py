@@ -47,6 +47,7 @@ class PosteriorScore:
     misfit_p: float  # probability that noise and nuisances alone would misfit as much
     flags: tuple[str, ...]  # kinds of the flags
     seconds: float  # duration of fit and posterior, with whatever else ran
+    gapped: bool = False  # whether markers were unseen for a while, or throughout
 
     @property
     def warnings(self) -> frozenset[str]:
@@ -70,9 +71,9 @@ def score_session(seed: int) -> PosteriorScore:
     """Draw a session, sample its posterior and compare it with the truth, on one core.
 
     Args:
-        seed: seed of the session and of the sampler; the trials of every other one vary.
+        seed: seed of the session and of the sampler; the trials of every other one vary, every third has gaps.
     """
-    drawn = draw_session(seed, workers=1, varied=seed % 2 == 1)
+    drawn = draw_session(seed, workers=1, varied=seed % 2 == 1, gapped=seed % 3 == 0)
     began = time.perf_counter()
     mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
     posterior = sample_posterior(mode, EFFECTIVE, seed)
@@ -85,6 +86,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
     return PosteriorScore(
         seed=drawn.seed,
         varied=drawn.varied,
+        gapped=drawn.gapped,
         truth=_pack_five(truth),
         below=_pack_five((draws < truth).mean(axis=0)),
         q05=_pack_five(q05),

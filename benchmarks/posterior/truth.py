@@ -1,6 +1,7 @@
 """Sessions drawn from the prior, with their truth: two swims of a robot, tracked with errors that last.
 
-They are made by the twin itself; of a varied session no trial is quite like the twin, nor like the other.
+They are made by the twin itself; of a varied session no trial is quite like the twin, nor like the other. In a gapped
+session markers are unseen for a while, or throughout.
 """
 
 from collections.abc import Sequence
@@ -40,6 +41,11 @@ TURNING_RAD_S = 0.03
 SIDEWAYS_M_S = 0.005
 REGISTRATION_RAD = 0.02  # registration of the head frame
 FASTER_SHARE = 0.03
+# Gaps of one trial of a gapped session.
+_NEVER_SEEN = 0.3  # probability that one tail marker is never seen
+_GAP_SHARE = (0.1, 0.6)  # share of the trial for which one or two tail markers are unseen
+_HEAD_GAP_S = (0.1, 0.6)  # duration for which nose or neck is unseen
+_LOST_SHARE = 0.05  # share of all samples that are lost one by one
 _COURSE_DEGREE = 3  # degree of the smooth path that turns and drifts
 _FITTED = 2  # number of fitted trials
 _TRIES = 16  # This many coefficients are tried at once.
@@ -57,6 +63,7 @@ class DrawnSession:
     robot: RobotSpec  # robot that swam
     noise: TrackingNoise  # noise that its tracks were made with
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
+    gapped: bool = False  # whether markers are unseen for a while, or throughout
 
 
 def draw_session(
@@ -66,6 +73,7 @@ def draw_session(
     held_out_hz: Sequence[float] = (),
     step: float = STEP,
     varied: bool = False,
+    gapped: bool = False,
 ) -> DrawnSession:
     """Draw a session from the prior of the posterior and of its nuisances.
 
@@ -83,6 +91,7 @@ def draw_session(
         held_out_hz: frequencies of further swims.
         step: step of the simulation of the truth, in steps of the twin.
         varied: whether trials differ in trim, registration of the head frame and speed.
+        gapped: whether markers are unseen for a while, or throughout.
     """
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
@@ -101,7 +110,7 @@ def draw_session(
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
-    swims = _measure(plan, camera, nominal, varied)
+    swims = _measure(plan, camera, nominal, varied, gapped)
     return DrawnSession(
         seed=seed,
         truth=truth,
@@ -111,6 +120,7 @@ def draw_session(
         robot=robot,
         noise=noise,
         varied=varied,
+        gapped=gapped,
     )
 
 
@@ -166,7 +176,9 @@ def _plan_trial(hz: float, seconds: float, random: np.random.Generator) -> Synth
     )
 
 
-def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
+def _measure(
+    plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool, gapped: bool
+) -> list[MeasuredTrial]:
     """Measure the trials of a plan as a session that knows the nominal robot alone does."""
     trials = []
     for number, swim in enumerate(simulate_swims(plan)):
@@ -174,6 +186,9 @@ def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied
         if varied:
             random = np.random.default_rng([plan.seed, 11, number])
             position_px = _vary(position_px, swim.time_s, plan.camera.px_per_m, random)
+        if gapped:
+            hidden = _draw_gaps(swim.time_s, np.random.default_rng([plan.seed, 12, number]))
+            position_px = np.where(hidden[..., None], np.nan, position_px)
         tracks, _ = track_as_filmed(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
@@ -199,3 +214,27 @@ def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: 
     moved = path[0] + np.concatenate([[0.0], np.cumsum(steps)])
     place = moved[:, None] + turned[:, None] * (place - path[:, None])
     return np.stack([place.real, place.imag], axis=-1)
+
+
+def _draw_gaps(time_s: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Draw which samples (n, m) of a trial are unseen: stretches of one or two tail markers, of a head marker, singles.
+
+    One tail marker may never be seen; the others are seen again, so that a trial stays usable.
+    """
+    n, m = len(time_s), len(FISHSIM_MARKERS)
+    hidden = random.random((n, m)) < _LOST_SHARE
+    tail = random.permutation([i for i, name in enumerate(FISHSIM_MARKERS) if name not in ("nose", "neck")])
+    for marker in tail[: random.integers(1, 3)]:
+        hidden[_draw_stretch(n, float(random.uniform(*_GAP_SHARE)), random), marker] = True
+    head = FISHSIM_MARKERS.index(str(random.choice(["nose", "neck"])))
+    hidden[_draw_stretch(n, float(random.uniform(*_HEAD_GAP_S)) / float(time_s[-1]), random), head] = True
+    if random.random() < _NEVER_SEEN:
+        hidden[:, tail[-1]] = True
+    return hidden
+
+
+def _draw_stretch(frames: int, share: float, random: np.random.Generator) -> slice:
+    """Draw a stretch of this share of all frames."""
+    length = round(share * frames)
+    first = int(random.integers(0, frames - length + 1))
+    return slice(first, first + length)

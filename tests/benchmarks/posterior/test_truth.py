@@ -83,3 +83,14 @@ def test_trials_of_a_varied_session_differ_in_trim_registration_and_speed_and_in
     assert np.abs(sideways).max() < 0.02
     beats = harmonics_of(moved)
     assert np.abs(beats[..., 2:, :, :]).max() < 2e-3  # neither nose nor neck
+
+
+def test_markers_of_a_gapped_session_are_unseen_for_a_while_and_the_rest_stays(drawn: DrawnSession) -> None:
+    gapped = draw_session(3, seconds=3.0, step=COARSE, gapped=True)
+    for whole, trial in zip(drawn.trials, gapped.trials, strict=True):
+        seen = np.isfinite(trial.position_m).all(axis=-1)
+        unseen = 1 - seen.mean(axis=0)  # (m,)
+        assert (unseen > 0).all()
+        assert unseen.max() > 0.1
+        assert abs(trial.frequency.hz - whole.frequency.hz) < 0.01
+    assert (gapped.truth, gapped.robot) == (drawn.truth, drawn.robot)
