@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import BSpline, CubicSpline, barycentric_interpolate, make_interp_spline
 
+from fitting.features import as_complex
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.motor_clock import MotorRecord
 from fitting.pool import head_frame, head_is_trusted, in_pool
@@ -150,8 +151,8 @@ def measure_dry_run(
         markers=markers_of(tracks),
         time_s=time_s,
         even_s=even_s,
-        place_m=_as_complex(position_m[kept]),
-        head_m=_as_complex(head.position_m),
+        place_m=as_complex(position_m[kept]),
+        head_m=as_complex(head.position_m),
         weight=np.where(np.isfinite(position_m[kept]).all(axis=-1), weight, 0.0),
         scored=time_s < time_s[0] + SCORED_S - 1e-9,
         frequency=frequency,
@@ -172,10 +173,6 @@ def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag
         return ()
     message = f"the head moves by {1000 * moved:.0f} mm; a dry run needs it clamped: is this a swim?"
     return (Flag("head_moves", message=message),)
-
-
-def _as_complex(position_m: np.ndarray) -> np.ndarray:
-    return position_m[..., 0] + 1j * position_m[..., 1]
 
 
 # The twin's response to a turn of the crank.
@@ -329,7 +326,7 @@ def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, w
     Raises:
         SimulationDiverged: the motion does not stay bounded.
     """
-    twin = Twin(robot, markers, replace(DRY, timestep_s=TIMESTEP_S), workers)
+    twin = Twin(robot, markers, replace(DRY, timestep_s=min(TIMESTEP_S, robot.time_step_s)), workers)
     fine = np.linspace(_SETTLING_TURNS - 0.05, _SETTLING_TURNS + 1.05, 2 * ANGLES + 1)
     time_s = fine[None, :] / hz[:, None]  # (s, 2 angles + 1)
     run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
@@ -380,7 +377,7 @@ def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[Tend
     Raises:
         SimulationDiverged: the motion does not stay bounded.
     """
-    twin = Twin(robot, ("nose",), replace(DRY, timestep_s=TIMESTEP_S), workers)
+    twin = Twin(robot, ("nose",), replace(DRY, timestep_s=min(TIMESTEP_S, robot.time_step_s)), workers)
     time_s = (1.0 + np.arange(_TENDON_ANGLES) / _TENDON_ANGLES) / hz[:, None]
     run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
     # (s, angles, q): a clamped head has no joints

@@ -216,7 +216,7 @@ class FeatureReader:
 
         They are 0 where nothing counts.
         """
-        place = np.where(self.usable, _complex(position_m), 0.0)
+        place = np.where(self.usable, as_complex(position_m), 0.0)
         middle = place.sum(axis=(1, 2), keepdims=True) / self.usable.sum()
         return np.where(self.usable, (place - middle) * np.exp(-1j * trend_rad)[..., None], 0.0)
 
@@ -231,7 +231,7 @@ class FeatureReader:
     def _heading(self, position_m: np.ndarray) -> np.ndarray:
         """Return the smooth heading (s, n) from neck to nose, rad, of positions (s, n, m, 2)."""
         seen = self._head_seen
-        axis = _complex(position_m[:, seen, self.nose] - position_m[:, seen, self.neck])  # (s, k)
+        axis = as_complex(position_m[:, seen, self.nose] - position_m[:, seen, self.neck])  # (s, k)
         columns, read = self._trend
         return np.unwrap(np.angle(axis), axis=-1) @ read.T @ columns.T
 
@@ -311,5 +311,6 @@ def _readers(columns: np.ndarray, usable: np.ndarray) -> np.ndarray:
     return np.stack([np.linalg.pinv(np.where(seen[:, None], columns, 0.0)) for seen in usable.T])
 
 
-def _complex(position_m: np.ndarray) -> np.ndarray:
+def as_complex(position_m: np.ndarray) -> np.ndarray:
+    """Return places (..., 2) as complex numbers (...)."""
     return position_m[..., 0] + 1j * position_m[..., 1]

@@ -16,6 +16,7 @@ from tracking.harmed_frames import stretches
 
 # Kinds of flags
 _HEAD = "head not trusted"
+_UNREAD = "unread_marker"
 _OTHER = "other"
 _INK_OF_KIND = {
     "merged_markers": "flag-merged",
@@ -56,14 +57,14 @@ def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
 
 
 def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
-    """Say (n, m) why each sample is left out: the kind of its flag, the head, another; empty where it counts."""
+    """Say (n, m) why a sample is left out: kind of its flag, head, too little of its marker, other; "" if it counts."""
     kinds = np.full(trial.weight.shape, "", dtype=object)
     for flag in trial.flags:
         for name in flag.markers:
             if name in trial.markers:
                 kinds[trial.rows_of(flag), trial.markers.index(name)] = flag.kind
     left_out = trial.weight <= 0
-    reason = np.where(left_out.all(axis=1, keepdims=True), _HEAD, _OTHER)
+    reason = np.where(left_out.all(axis=1, keepdims=True), _HEAD, np.where(left_out.all(axis=0), _UNREAD, _OTHER))
     return np.where(left_out, np.where(kinds == "", reason, kinds), "")
 
 

@@ -227,13 +227,13 @@ class FaultCollector:
         """Add faults, whatever their file."""
         self.faults.extend(faults)
 
-    def extend_capped(self, faults: Sequence[Fault], limit: int = SHOWN_PER_KIND) -> None:
-        """Add the first `limit` faults of one kind, and one that counts the others."""
-        self.faults.extend(faults[:limit])
-        if (rest := len(faults) - limit) > 0:
+    def extend_capped(self, faults: Sequence[Fault]) -> None:
+        """Add the first faults of one kind, and one that counts the others."""
+        self.faults.extend(faults[:SHOWN_PER_KIND])
+        if (rest := len(faults) - SHOWN_PER_KIND) > 0:
             last = faults[-1]
             more = f"and {rest} more like the last"
-            more += f", up to {last.where}" if last.where != faults[limit - 1].where else ""
+            more += f", up to {last.where}" if last.where != faults[SHOWN_PER_KIND - 1].where else ""
             self.faults.append(Fault(last.file, "", more, "", ""))
 
     @contextmanager

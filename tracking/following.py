@@ -33,6 +33,8 @@ RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
 """Median length of a vector whose two coordinates are normal with standard deviation 1."""
 AT_MOST_AHEAD = 2.5
 """Motion carries on over a time step no longer than this many times the one before."""
+LEAST_SPREAD_PX = 1.0
+"""Least that a marker is usually off its steady motion, in each coordinate."""
 BOX_SD_PX = 1.0
 """Spread of a box about its marker in each coordinate (boxes are whole pixels, their centres half ones)."""
 
@@ -124,14 +126,14 @@ def fitting_shape(
     return active
 
 
-def motion_spread(position_px: np.ndarray, active: np.ndarray, least_px: float = 1.0) -> np.ndarray:
+def motion_spread(position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
     """Return (m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
     change = np.linalg.norm(np.diff(position_px, n=2, axis=0), axis=2)  # (n - 2, m)
     usable = active[2:] & active[1:-1] & active[:-2]
-    spread = np.full(active.shape[1], 3.0 * least_px)
+    spread = np.full(active.shape[1], 3.0 * LEAST_SPREAD_PX)
     for k in np.flatnonzero(usable.sum(axis=0) >= 10):
         spread[k] = np.median(change[usable[:, k], k]) / RAYLEIGH_MEDIAN
-    return np.maximum(spread, least_px)
+    return np.maximum(spread, LEAST_SPREAD_PX)
 
 
 def follow(
