@@ -24,6 +24,7 @@ _OF_UNKNOWN = {
 _STANDS_OUT = 0.005  # least share of a stage that is named
 _MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
 _SHARES = ("relative", "share")  # parameters that are told in percent
+_OF_FREQUENCY = 0.5  # least share of the gap that shows in the beat frequency for it to be told apart from the rest
 _LOOKS_LIKE = 0.5  # least share of all probabilities for an effect to be what the gap looks like
 
 
@@ -115,7 +116,11 @@ def at_stage(data: DiagnosisResult) -> str:
     """Say at which stage an effect outside the catalogue acts, where none of it suffices; "" if none is probable."""
     stage = max(data.stages, key=lambda name: data.stages[name], default="")
     chance = data.stages.get(stage, 0.0)
-    return f"most probably {_OF_UNKNOWN[stage]} ({chance:.2f})" if is_inadequate(data) and chance > HELD else ""
+    if not is_inadequate(data) or chance <= HELD:
+        return ""
+    paced = data.where.by_marker.get("frequency", 0.0) > _OF_FREQUENCY
+    beside = ", beside a beat frequency that is off" if paced else ""
+    return f"most probably {_OF_UNKNOWN[stage]} ({chance:.2f}){beside}"
 
 
 def is_inadequate(data: DiagnosisResult) -> bool:

@@ -163,20 +163,22 @@ def unknown_effects(
 def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
     """Return the probability that the gap is due to an effect of each stage; what they lack to 1 is that of no effect.
 
-    An unknown effect acts at one stage alone. No law has exactly its form, so a share `FORM_ERROR` of what the best
-    stage explains counts as noise: where much is explained, differences between stages tell less.
+    An unknown effect acts at one stage alone. In addition all beats may be faster or slower than commanded by the same
+    share: the catalogue explains that, so it tells of no unknown effect. No law has exactly the effect's form, so a
+    share `FORM_ERROR` of what the best stage explains counts as noise: where much is explained, differences between
+    stages tell less.
 
     Args:
         linear: the linearised model of the fitted trials.
         members: what unknown effects of each stage can do, see `unknown_effects`.
     """
     target = linear.space.projected(linear.residual)
-    none, scores = -0.5 * float(target @ target), dict[str, float]()
+    paced = linear.space.projected(other_frequencies(linear).sum(axis=1)[None]).T
+    none, scores = -0.5 * likeliest_sizes(target, [paced])[1], dict[str, float]()
     for stage, parts in members.items():
-        scores[stage] = none
-        if parts:
-            sizes, deviance = likeliest_sizes(target, [linear.space.projected(part.T).T for part in parts.values()])
-            scores[stage] = -0.5 * deviance - np.count_nonzero(sizes)
+        columns = [linear.space.projected(part.T).T for part in parts.values()]
+        sizes, deviance = likeliest_sizes(target, [paced, *columns])
+        scores[stage] = -0.5 * deviance - np.count_nonzero(sizes[1:])
     noise = 1 + FORM_ERROR**2 * max(max(scores.values()) - none, 0.0)
     everything = float(logsumexp(np.array([none, *scores.values()]) / noise))
     return {stage: float(np.exp(score / noise - everything)) for stage, score in scores.items()}

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.places import ForceResponses
 from diagnosis.unknown_effects import stage_probabilities, unknown_effects
-from diagnosis.where import decompose
+from diagnosis.where import decompose, other_frequencies
 from fitting.signatures import signature_of
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.effect import Effect, Parameter, Plates, StepForce, StepState
@@ -110,6 +110,15 @@ def test_it_is_placed_where_it_acts(
     chances, most = placed(effect, np.array([[1.0]]), pushed, length)
     assert chances[stage] == max(chances.values()) > 0.6
     assert most == of_gap
+
+
+def test_beats_that_are_all_slower_than_commanded_do_not_hide_where_the_rest_acts(pushed: ForceResponses) -> None:
+    row = signature_of(RootDrag(), linear().model, CAMERA, linear().at, np.array([[1.0]])).rows[0]
+    other = replace(linear())
+    slower = -25.0 * other_frequencies(other).sum(axis=1) / 2
+    assert np.linalg.norm(other.space.projected(slower)) > 80.0
+    other.__dict__["residual"] = linear().residual + 20.0 * row / np.linalg.norm(other.space.projected(row)) + slower
+    assert stage_probabilities(other, unknown_effects(other, pushed, []))["water"] > 0.6
 
 
 def test_a_marker_that_sits_elsewhere_is_the_cameras(pushed: ForceResponses) -> None:
