@@ -14,6 +14,7 @@ from packaging.requirements import Requirement
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from calib.stages.recordings import Recordings
 from fitting.phase import speed_from_rest
 from swimcal.errors import SwimcalError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS
@@ -60,8 +61,10 @@ def check_session(folder: Path) -> Iterator[Check]:
     yield Check("session", "ok", f"{session.name}, {len(session.trials)} trials")
     yield from _trials(session)
     yield _disk(session)
+    pipeline = Pipeline(session, Options())
+    yield from _swims(pipeline.recordings)
     try:
-        yield Check("results", "ok", Pipeline(session, Options()).standing)
+        yield Check("results", "ok", pipeline.standing)
     except SwimcalError as problem:
         yield Check("results", "advice", str(problem))
 
@@ -141,6 +144,23 @@ def _trials(session: Session) -> Iterator[Check]:
         yield Check("dry experiments", "advice", f"no {' and no '.join(missing)}", step)
     if session.camera.calibration is None:
         yield Check("lens", "advice", "not calibrated", "See `calib camera` and docs/tracking.md.")
+
+
+def _swims(recordings: Recordings) -> Iterator[Check]:
+    """Check what can be measured of each swim that has tracks."""
+    try:
+        for name, swim in recordings.look_at_swims():
+            if isinstance(swim, str):
+                yield Check(f"swim {name}", "fault", swim, "A fit leaves it out.")
+            elif whole := [flag.message for flag in swim.flags if not flag.markers]:
+                yield Check(f"swim {name}", "advice", "; ".join(whole), "See docs/reference/flags.md, flags of trials.")
+            else:
+                seen = (
+                    f"{swim.frequency.hz:.3g} Hz, {1000 * swim.speed:.0f} mm/s, {100 * swim.used_fraction:.0f} % used"
+                )
+                yield Check(f"swim {name}", "ok", seen)
+    except SwimcalError as problem:
+        yield Check("tracks", "fault", str(problem), "Correct this, then run `calib doctor` again.")
 
 
 def _disk(session: Session) -> Check:

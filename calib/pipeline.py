@@ -174,14 +174,14 @@ class Pipeline:
         """
         if (stage := self.current_fit) is not None:
             return stage
-        what, found, aside = "there is no fit", "nothing", ""
+        what, found, expected, aside = "there is no fit", "", "", ""
         if self.fits.file.is_file():
-            what, aside = "the fit is out of date", "; it is kept aside"
+            what, expected, aside = "the fit is out of date", "the fit of these recordings", "; it is kept aside"
             found = "one of other recordings, another program or edited by hand"
         if (cut := self.fits.incomplete) is not None:
             what, found = "the fit is incomplete", f"{cut.name}, whose end is missing or damaged"
         step = f"Run `calib fit {self.session.in_shell}`{aside}."
-        raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
+        raise InputError([Fault(str(self.fits.file), "", what, found, expected, next_step=step)])
 
     def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
         """Find the posterior of the current fit, whatever its effort; None where there is none."""

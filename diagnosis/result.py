@@ -116,6 +116,11 @@ class GapSize:
         """Return whether the effects surely improve forecasts of trials that nothing was fitted to."""
         return self.shrinkage_ci95 is not None and self.shrinkage_ci95[0] > 0
 
+    @property
+    def frequency_grows(self) -> bool:
+        """Return whether beats are forecast worse with the effects, by more than tracks leave uncertain."""
+        return self.frequency_mae_after > max(1.1 * self.frequency_mae_before, self.frequency_mae_before + 0.005)
+
 
 @dataclass(frozen=True)
 class FittedParameter:

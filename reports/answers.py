@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from diagnosis.result import DiagnosisResult
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
-from reports.caveats import OF_MISSING_EFFECTS, explains_the_rest, fit_caveats, gap_caveats, posterior_caveats
+from reports.caveats import (
+    OF_MISSING_EFFECTS,
+    beats_off_command,
+    explains_the_rest,
+    fit_caveats,
+    gap_caveats,
+    posterior_caveats,
+)
 from reports.words import (
     MODELS,
     MORE_THAN_NOISE,
@@ -401,6 +408,8 @@ def _next_step(
         return f"No held-out trial is left: film again what takes no part ({'; '.join(each)}), or hold another one out."
     if not found.forecasts.held_out:
         return 'Hold a trial out (role = "holdout" in session.toml), or film another one, and fit again.'
+    if posterior is None and diagnosed is None and beats_off_command(found):
+        return f"Check [camera] fps and commanded_hz in session.toml, then calib posterior {folder}"
     if posterior is None:
         return f"calib posterior {folder}"
     if diagnosed is None:

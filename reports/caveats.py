@@ -13,7 +13,7 @@ from fitting.calibration import CalibratedTrial
 from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
 from fitting.trial import SCORED_S, MeasuredTrial
-from reports.words import MORE_THAN_NOISE, in_words, listed, percent, sentence, shown
+from reports.words import MM, MORE_THAN_NOISE, in_words, listed, percent, sentence, shown
 from swimcal.flags import FLAG_KINDS, Flag
 
 if TYPE_CHECKING:
@@ -88,6 +88,11 @@ def _checks(found: DiagnosisResult) -> list[str]:
             f"the held-out marker error is {shown(gap.with_effects_mm)} mm with the named effects, "
             f"{shown(gap.baseline_mm)} mm without: at best they reduce it relative to the noise"
         )
+    if gap.frequency_grows:
+        caveats.append(
+            f"with the named effects held-out beats are forecast worse: {shown(MM * gap.frequency_mae_after)} mHz off, "
+            f"{shown(MM * gap.frequency_mae_before)} mHz without"
+        )
     rest = found.remainder
     if rest is not None and rest.p_value < MORE_THAN_NOISE:
         caveats.append(
@@ -145,6 +150,12 @@ def _is_of_drive(found: DiagnosisResult) -> bool:
     from swimcal.effects.catalogue import catalogue  # this import loads the twin
 
     return any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
+
+
+def beats_off_command(found: CalibrationResult) -> bool:
+    """Tell whether all fit trials beat at far other frequencies than commanded."""
+    fitted = [trial for trial in found.trials.values() if trial.role == "fit"]
+    return all(trial.commanded_hz and abs(trial.frequency_hz / trial.commanded_hz - 1) > _OFF for trial in fitted)
 
 
 def _off_command(found: CalibrationResult) -> str:

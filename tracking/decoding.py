@@ -324,7 +324,7 @@ def fault(file: Path, what: str, found: str, expected: str, next_step: str = "")
 
 def _check_file(file: Path) -> None:
     if not file.exists():
-        raise fault(file, "no such file", "", EXPECTED)
+        raise fault(file, "the file is not there", "", EXPECTED)
     if file.is_dir():
         raise fault(file, "not a file", "a folder", EXPECTED)
     if file.stat().st_size == 0:

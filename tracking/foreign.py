@@ -352,7 +352,9 @@ def check_names(
     plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
     faults.add(
         "",
-        f"{len(missing)} {plural} are missing" if len(missing) < len(markers) else f"other {plural}",
+        f"no {word if len(missing) == 1 else plural} {', '.join(missing)}"
+        if len(missing) < len(markers)
+        else f"other {plural}",
         found=", ".join(theirs),
         expected=", ".join(markers),
         next_step=f"Give the others their names, in order of the body: `--rename {pairs}`, or rename them in the file.",

@@ -302,7 +302,22 @@ def read_plain(table: RawTable) -> ForeignTracks:
             samples, frame, lines = _whole_frames(samples, frame, lines, TRACK in header, faults)
         else:
             time_s = values[:, when] * (1e-3 if name in IN_MILLISECONDS else 1.0)
+            _check_milliseconds(header[when], values[:, when], faults)
     return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
+
+
+def _check_milliseconds(name: str, times: np.ndarray, faults: FaultCollector) -> None:
+    """Check that a column that is named so has milliseconds (n,).
+
+    Raises:
+        InputError: its frames are less than a thousandth of that apart, as seconds are, with the faults before.
+    """
+    apart = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    if name.lower() in IN_MILLISECONDS and 0 < apart < 1:
+        found = f"frames {apart:.4g} ms apart, {1000 / apart:.4g} frames a second"
+        step = "If they are seconds, name the column time_s."
+        faults.add("line 1", f"column {name!r} is not in milliseconds", found=found, expected="ms", next_step=step)
+    faults.raise_if_any()
 
 
 def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
@@ -342,16 +357,18 @@ def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, i
         if place in columns:
             faults.add("line 1", f"column {name!r} is repeated", expected="one of each")
         columns.setdefault(place, column)
-    return {name: columns for name, columns in found.items() if _has_place(name, columns, header, faults)}
+    return {name: columns for name, columns in found.items() if _has_place(name, found, header, faults)}
 
 
-def _has_place(name: str, columns: dict[int, int], header: list[str], faults: FaultCollector) -> bool:
+def _has_place(name: str, found: dict[str, dict[int, int]], header: list[str], faults: FaultCollector) -> bool:
     """Tell whether a marker has x and y; add a fault where it has only one of them."""
+    columns = found[name]
     if {0, 1} <= columns.keys():
         return True
     if 0 in columns or 1 in columns:
         lacking, there = ("y", columns[0]) if 0 in columns else ("x", columns[1])
-        hint = did_you_mean(header[there][:-1] + lacking, [each for each in header if each != header[there]])
+        taken = {header[k] for own in found.values() if {0, 1} <= own.keys() for k in own.values()} | {header[there]}
+        hint = did_you_mean(header[there][:-1] + lacking, [each for each in header if each not in taken])
         faults.add("line 1", f"marker {name!r} has no {lacking}", expected="x and y", next_step=hint)
     return False
 

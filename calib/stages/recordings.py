@@ -1,6 +1,6 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
@@ -14,7 +14,7 @@ from calib.options import Job
 from calib.stages.videos import Videos, of_each, spoiled, without_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
-from fitting.left_out import odd_markers
+from fitting.left_out import odd_markers, repeated_recordings
 from fitting.motor_clock import read_motor
 from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
@@ -92,6 +92,19 @@ class Recordings:
         measured = self._measure(spec, self._recorded(spec))
         assert isinstance(measured, MeasuredTrial)
         return measured
+
+    def look_at_swims(self) -> Iterator[tuple[str, MeasuredTrial | str]]:
+        """Measure each swim that has tracks by itself, and write nothing; why not where one cannot be measured.
+
+        Raises:
+            InputError: what is wrong with its tracks.
+        """
+        for spec in (spec for spec in self._usable if spec.kind == "swim"):
+            if spec.tracks is not None or self.videos.are_current(spec):
+                try:
+                    yield spec.name, self._measure_swim(spec, self._recorded(spec))
+                except NotEnoughData as problem:
+                    yield spec.name, without_trial(spec.name, problem)
 
     @property
     def swims_left_out(self) -> dict[str, str]:
@@ -220,6 +233,9 @@ class Recordings:
             except NotEnoughData as problem:
                 problems.append((spec, without_trial(spec.name, problem)))
         faults.raise_if_any()
+        repeated = repeated_recordings([trial for trial in measured if isinstance(trial, MeasuredTrial)])
+        measured = [trial for trial in measured if trial.name not in repeated]
+        problems += [(spec, repeated[spec.name]) for spec in self._usable if spec.name in repeated]
         self._unmeasured = tuple(problems)
         fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
         lacking = not fitted and any(spec.kind == "swim" and spec.role == "fit" for spec, _ in problems)
@@ -252,13 +268,19 @@ class Recordings:
             self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT_PX).weight)
             decay = replace(decay, first_frame=decay.first_frame + recorded.first_frame)
             return self._flagged(decay, recorded, decay.metres_per_px)
-        motor = read_motor(spec, tracks, camera, robot)
         if spec.kind == "dry":
+            motor = read_motor(spec, tracks, camera, robot)
             run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s, motor)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
             return self._flagged(run, recorded)
-        swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
+        swim = self._measure_swim(spec, recorded)
         self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time.values)))
+        return swim
+
+    def _measure_swim(self, spec: TrialSpec, recorded: xr.Dataset) -> MeasuredTrial:
+        tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
+        motor = read_motor(spec, tracks, self._session.camera, self._robot)
+        swim = measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s, motor)
         return self._flagged(swim, recorded, swim.metres_per_px)
 
     def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:

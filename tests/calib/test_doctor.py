@@ -6,7 +6,8 @@ import pytest
 
 import calib as front
 from calib import checkup
-from tests.calib.door import Front
+from tests.calib.door import Front, edit
+from tests.calib.test_left_out import change_tracks, lose_the_tail
 
 
 def test_an_installation_that_works_has_no_fault(calib: Front) -> None:
@@ -23,6 +24,17 @@ def test_a_session_is_checked_with_its_results_and_what_would_help(finished: Pat
     assert "Two fit trials" in found.loc["swim trials"].step
     assert "fit of quick effort, no posterior" in found.loc["results"].found
     assert "docs/bench.md" in found.loc["dry experiments"].step
+
+
+def test_each_swim_is_measured_and_nothing_is_written(fresh: Path) -> None:
+    edit(fresh / "session.toml", "commanded_hz = 1.35", "commanded_hz = 2.6")
+    change_tracks(fresh, "slow", lose_the_tail)
+    found = front.doctor(fresh)
+    assert found.loc["swim slow"].state == "fault"
+    assert "usable tail marker" in found.loc["swim slow"].found
+    assert found.loc["swim fast"].state == "advice"
+    assert "% off the commanded" in found.loc["swim fast"].found
+    assert not (fresh / "results").exists()
 
 
 def test_a_swim_without_its_command_is_a_fault_before_a_fit_is(calib: Front, fresh: Path) -> None:

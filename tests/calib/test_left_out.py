@@ -101,6 +101,13 @@ def test_the_only_fit_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, 
     assert set(files_in(fresh / "results")) <= {".stages.json", ".stages.lock", "tracks/slow.csv", "tracks/fast.csv"}
 
 
+def test_one_recording_under_the_names_of_two_commands_is_used_for_neither(calib: Front, fresh: Path) -> None:
+    edit(fresh / "session.toml", "trials/fast.csv.gz", "trials/slow.csv.gz")
+    outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
+
+    assert_reports(outcome, "trial slow: its recording is that of fast", "trial fast: its recording is that of slow")
+
+
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:
     change_tracks(fresh, "fast", lose_the_tail)
     outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")

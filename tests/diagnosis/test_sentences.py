@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.sentences import where, which
+from reports.caveats import gap_caveats
 from reports.words import Change, how_far
 from tests.reports.diagnoses import made_diagnosed
 
@@ -109,3 +110,13 @@ def test_beside_the_twins_speeds_stands_the_line_and_what_does_not_surely_improv
     said = how_far(made_diagnosed("named", gap=gap))
     assert "mm/s (a line in frequency: 5.6)" in said
     assert said.endswith("Do not use it for forecasts.") == warns
+
+
+@pytest.mark.parametrize("shrinkage", [0.5, None])
+def test_effects_that_forecast_beats_worse_are_no_model_whatever_else_they_do(shrinkage: float | None) -> None:
+    interval = None if shrinkage is None else [0.3, 0.6]
+    gap = {"shrinkage": shrinkage, "shrinkage_ci95": interval, "frequency_mae_before": 0.25}
+    for after, worse in ((0.666, True), (0.252, False)):
+        told = made_diagnosed("named", gap=gap | {"frequency_mae_after": after})
+        assert how_far(told).endswith("for forecasts.") == worse
+        assert any("held-out beats are forecast worse: 666.0 mHz off" in each for each in gap_caveats(told)) == worse

@@ -108,6 +108,13 @@ def test_a_body_part_twice_is_refused_and_not_the_first_taken(tmp_path):
         import_tracks(written(tmp_path, twice), None, FPS)
 
 
+def test_a_marker_without_a_y_is_not_offered_the_y_of_another(tmp_path):
+    with pytest.raises(InputError, match=r"marker 'neck' has no y; expected x and y$"):
+        import_tracks(written(tmp_path, "frame,nose_x,nose_y,neck_x\n0,1,2,3\n1,1,2,3\n"), ("nose", "neck"), FPS)
+    with pytest.raises(InputError, match=r"expected x and y\. Did you mean 'nekc_y'"):
+        import_tracks(written(tmp_path, "frame,nose_x,nose_y,neck_x,nekc_y\n0,1,2,3,4\n"), ("nose", "neck"), FPS)
+
+
 def test_a_header_that_is_not_deeplabcuts_is_reported(tmp_path):
     with pytest.raises(InputError, match="rows that start with scorer, bodyparts and coords"):
         import_tracks(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)

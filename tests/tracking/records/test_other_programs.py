@@ -70,6 +70,11 @@ def test_an_index_of_pandas_and_missing_words_are_read(tmp_path: Path) -> None:
         ("frame", [str(k) for k in range(30)], "the file has no time; .* `--fps 60`"),
         ("time_s", [str(k) for k in range(30)], "the times are not in seconds.* numbers of frames.*`--fps 60`"),
         ("time_s", [f"{1000 * k / 60:.3f}" for k in range(30)], "not in seconds; .*They look like milliseconds"),
+        (
+            "time_ms",
+            [f"{k / 60:.4f}" for k in range(30)],
+            "column 'time_ms' is not in milliseconds; .*name the column time_s",
+        ),
     ],
 )
 def test_a_clock_is_asked_for_and_never_guessed(tmp_path: Path, name: str, times: list[str], what: str) -> None:

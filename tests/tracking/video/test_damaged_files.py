@@ -153,7 +153,7 @@ def test_what_is_no_video_is_refused_by_name(tmp_path: Path) -> None:
     (tmp_path / "notes.mp4").write_text("no video, only words\n" * 50)
     (tmp_path / "folder.mp4").mkdir()
     expected = {
-        "missing.mp4": "no such file",
+        "missing.mp4": "the file is not there",
         "empty.mp4": "empty file; found 0 bytes",
         "notes.mp4": "not a readable video; found 0.0 MB of something else",
         "folder.mp4": "not a file; found a folder",
