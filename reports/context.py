@@ -23,6 +23,8 @@ from fitting.motor_clock import MotorRecord
 from fitting.structure import Structure
 from fitting.trial import MeasuredTrial
 from reports.answers import Answers, answers_of
+from reports.caveats import explains_the_rest
+from reports.words import in_words, listed
 from swimcal.results import Provenance, check_whole, sha256_of
 from swimcal.robot import RobotSpec
 from swimcal.session import Session
@@ -234,6 +236,13 @@ class ReportContext:
         """The answers to what a reader asks first."""
         found = calibration_result(self.calibration)
         return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name, self.damaged)
+
+    @property
+    def beyond_bands(self) -> str:
+        """Why bands of the twin without effects may miss measured speeds: ", which do not know of current"; else ""."""
+        if self.diagnosed is None or not explains_the_rest(self.diagnosed):
+            return ""
+        return f", which do not know of {listed([in_words(name) for name in self.diagnosed.effects])}"
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """Return the fit or the held-out trials, in the order of the session."""

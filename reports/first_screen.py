@@ -307,15 +307,18 @@ def _speeds(context: ReportContext) -> Plot:
     band = ""
     if context.posterior is not None:
         inside, count = sure.in_band
-        bars = " (upright bars: that trial’s own)" if count else ""
-        held = f" {inside} of {counted(count, 'held-out speed')} lie in their bars." if count else ""
-        band = f" The band{bars} is to hold 90 % of other swims, by the twin as corrected by its fit trials.{held}"
+        bars = ", and the upright bar of each trial," if count else ""
+        missed = context.beyond_bands if inside < 0.8 * count else ""
+        held = f" {inside} of {counted(count, 'held-out speed')} lie in their bars{missed}." if count else ""
+        band = f" The band{bars} should hold 90 % of new swims; it is the twin’s, corrected by the fit trials.{held}"
     return Plot(
         speed_sweep_figure(calibration, context.posterior),
         "sweep",
-        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} On grey ground nothing was "
-        f"fitted ({shown(low, 2)} to {shown(high, 2)} Hz was).",
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} The theory’s line takes the "
+        "twin’s tail, its mean error that of each trial. On grey ground nothing was fitted "
+        f"({shown(low, 2)} to {shown(high, 2)} Hz was).",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
+        narrow=speed_sweep_figure(calibration, context.posterior, narrow=True),
     )
 
 

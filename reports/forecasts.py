@@ -60,7 +60,8 @@ _SHIFT = 0.17  # distance of a model from the middle of its row, in rows
 
 # The sweep of the speed
 WIDTH_IN = 6.3
-_HEIGHT_IN = 3.85
+_NARROW_IN = 3.7
+_HEIGHT_IN = 3.41  # without the legend
 _BELOW_IN = 1.2  # height of the lower panel
 _BOTTOM_IN = 0.42
 _LEFT_IN = 0.66
@@ -108,16 +109,24 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
 
 
 @styled
-def speed_sweep_figure(calibration: Calibration, posterior: PosteriorSummary | None = None) -> Figure:
+def speed_sweep_figure(
+    calibration: Calibration, posterior: PosteriorSummary | None = None, narrow: bool = False
+) -> Figure:
     """Draw the speeds above, and below the same minus the twin's.
 
     Frequencies on grey ground were not fitted; the band is the posterior's, and each held-out trial has its own.
+
+    Args:
+        calibration: the calibration.
+        posterior: its posterior; default: no bands.
+        narrow: whether it is drawn for the screen of a phone.
     """
     predicted = None if posterior is None else posterior.sweep
     bands = {} if posterior is None else {each.name: each.outer[[0, -1]] for each in posterior.trials}
     bottom = _BOTTOM_IN + _BELOW_IN + 0.14
-    figure, axes = panel(WIDTH_IN, _HEIGHT_IN, Margins(left=_LEFT_IN, right=0.06, top=0.44, bottom=bottom))
-    below = add_panel(figure, (_LEFT_IN, _BOTTOM_IN), (WIDTH_IN - _LEFT_IN - 0.06, _BELOW_IN))
+    width, above, columns = (_NARROW_IN, 0.84, 2) if narrow else (WIDTH_IN, 0.44, 4)
+    figure, axes = panel(width, _HEIGHT_IN + above, Margins(left=_LEFT_IN, right=0.06, top=above, bottom=bottom))
+    below = add_panel(figure, (_LEFT_IN, _BOTTOM_IN), (width - _LEFT_IN - 0.06, _BELOW_IN))
     sweep = calibration.sweep
     hz, twin = sweep.frequency_hz, sweep.speed_twin
     for part, minus in ((axes, np.zeros_like(twin)), (below, twin)):
@@ -135,7 +144,7 @@ def speed_sweep_figure(calibration: Calibration, posterior: PosteriorSummary | N
     axes.tick_params(labelbottom=False)
     axes.set_ylabel("speed (mm/s)")
     below.set(ylabel="minus twin\n(mm/s)", xlabel="tail beat frequency (Hz)")
-    legend_above(axes, 4)
+    legend_above(axes, columns)
     return figure
 
 
@@ -297,4 +306,5 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     missed = len(bands) - sum(bands)
     if missed <= 0.2 * len(bands):
         return ()
-    return (f"{missed} of {len(bands)} measured speeds are outside their 90 % bands: the bands are too narrow.",)
+    why = context.beyond_bands or ": the bands are too narrow"
+    return (f"{missed} of {len(bands)} measured speeds are outside their 90 % bands{why}.",)

@@ -101,6 +101,7 @@ class Plot:
         caption: what to see in it; the first sentence is for those who cannot see it.
         caveat: a caveat about the figure; empty if there is none.
         label: its own caption among figures that share one.
+        narrow: the same drawn for a narrow screen; None where the page's width does for it.
     """
 
     figure: Figure = field(repr=False)
@@ -108,11 +109,18 @@ class Plot:
     caption: str
     caveat: str = ""
     label: str = ""
+    narrow: Figure | None = field(default=None, repr=False)
 
     @property
     def svg(self) -> Markup:
         """The figure as SVG for a page."""
         return inline_svg(self.figure, self.name, self.caption.partition(". ")[0].removesuffix("."))
+
+    @property
+    def narrow_svg(self) -> Markup:
+        """The figure as SVG for a narrow screen; empty where there is no other for it."""
+        alt = self.caption.partition(". ")[0].removesuffix(".")
+        return Markup("") if self.narrow is None else inline_svg(self.narrow, f"{self.name}-narrow", alt)
 
     @property
     def wide(self) -> bool:
