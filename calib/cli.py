@@ -28,6 +28,7 @@ from calib.commands import (
     track,
     view,
 )
+from calib.terminal import Command
 
 app = typer.Typer(
     rich_markup_mode=None,  # rich takes longer to load than everything else that help needs
@@ -67,7 +68,7 @@ OF_CAMERA = (board, lens, scale)
 
 app.add_typer(camera, name="camera", short_help="calibrate the lens, measure the scale")
 for command, (made, example) in COMMANDS.items():
-    kind = SeveralFiles if command is new else None
+    kind = SeveralFiles if command is new else Command
     group = camera if command in OF_CAMERA else app
     group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
 app.add_typer(policy, name="policy", short_help="train and score policies on the twin")

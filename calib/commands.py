@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from typer.core import TyperCommand
 
 import calib
 from calib.kept_output import print_again
 from calib.terminal import (
     FORMS,
     AsJson,
+    Command,
     Effort,
     LastStep,
     ObjectiveOption,
@@ -139,7 +139,7 @@ def convert(
 # A session and its results.
 
 
-class SeveralFiles(TyperCommand):
+class SeveralFiles(Command):
     """A command whose options of files take all files up to the next option, as the shell expands ``*.mp4``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -544,7 +544,7 @@ _OF_POLICY: dict[Callable[..., None], tuple[str, str]] = {
 
 
 for command, (made, example) in _OF_POLICY.items():
-    policy.command(short_help=made, epilog=f"Example: {example}")(command)
+    policy.command(cls=Command, short_help=made, epilog=f"Example: {example}")(command)
 
 
 def _parse_place(text: str) -> tuple[float, float]:

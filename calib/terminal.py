@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+from typer.core import TyperCommand, TyperOption
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
@@ -24,6 +25,15 @@ TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 """Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
 
+_IN_WORDS = {
+    "<int range>": "<number>",
+    "<int>": "<number>",
+    "<float>": "<number>",
+    "<str>": "<text>",
+    "<list[Path]>": "<path> …",
+}
+"""Kinds of values as help tells them."""
+
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
 SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
 Effort = Annotated[
@@ -32,12 +42,22 @@ Effort = Annotated[
 ]
 PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
 Rename = Annotated[
-    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
+    str, typer.Option(help="markers that the file names otherwise, its name first, comma-separated: snout=nose,…")
 ]
 Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
+
+
+class Command(TyperCommand):
+    """A command whose help says of what kind a value is in words, not in terms of Python."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        for option in self.params:
+            if isinstance(option, TyperOption) and option.metavar is None:
+                option.metavar = _IN_WORDS.get(option.display_type(typer.Context(self)))
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:

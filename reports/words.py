@@ -256,10 +256,17 @@ def effect_size(parameters: EffectParameters, effect: str) -> str:
     return ", ".join(_parameter(name, own) for name, own in largest)
 
 
+_OPPOSITE = {"right": "left", "down": "up"}
+"""Directions in the picture that parameters are named after, and what they are called where the value is negative."""
+
+
 def _parameter(name: str, fitted: FittedParameter) -> str:
     """Format a parameter, metres as millimetres, with enough digits that half its interval has two."""
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
+    if name in _OPPOSITE and fitted.value < 0:
+        name, scale = _OPPOSITE[name], -scale
     value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
+    low, high = min(low, high), max(low, high)
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
     at, start, end = (shown(each, places) for each in (value, low, high))
     ends = f"{in_words(name)} {at} ({start} to {end})"

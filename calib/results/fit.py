@@ -231,7 +231,7 @@ class FitResult(Result):
             lines += [
                 f"Where: {found.where}",
                 f"Which: {found.which} {found.size}".rstrip(),
-                f"How far: {found.how_far}",
+                f"How far it shrinks: {found.how_far}",
             ]
         lines += [
             f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else answers.no_caveat,

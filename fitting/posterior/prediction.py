@@ -72,11 +72,9 @@ class PredictedTrial:
         if self.role != "fit" or (self.speed_inside and self.inside >= _FEWEST_INSIDE):
             return ()
         low, high = 1000 * self.outer[0], 1000 * self.outer[-1]
-        speed = f"it swims at {1000 * self.speed:.1f} mm/s, should at {low:.1f} to {high:.1f}, and "
-        message = (
-            f"{self.name} was fitted and lies outside its own predictive bands: {'' if self.speed_inside else speed}"
-            f"{100 * self.inside:.0f} % of its marker coordinates lie in theirs"
-        )
+        message = f"{100 * self.inside:.0f} % of the marker coordinates of {self.name}, fitted, lie in their 90 % bands"
+        if not self.speed_inside:
+            message += f"; it swims at {1000 * self.speed:.1f} mm/s, its band is {low:.1f} to {high:.1f}"
         return (Flag("outside_bands", message=message),)
 
 

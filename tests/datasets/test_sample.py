@@ -62,7 +62,7 @@ def test_the_card_tells_what_it_must_and_keeps_its_text_when_checksums_are_writt
 def test_the_card_tells_the_withheld_effect_and_the_speeds_of_the_truth() -> None:
     card, known = (SAMPLE / "CARD.md").read_text(), truth()
     right, up = (1000 * known["withheld"][key] for key in ("right_m_s", "up_m_s"))
-    place = f"in the picture {right:.1f} to the right and {-up:.1f} down"
+    place = f"in the picture {right:.1f} to the right and {up:.1f} up"
 
     assert known["withheld"]["effect"] in catalogue()
     assert f"background current of {np.hypot(right, up):.1f} mm/s ({place})" in card

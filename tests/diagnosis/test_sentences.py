@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from diagnosis.result import FittedParameter
 from diagnosis.sentences import where, which
 from reports.caveats import gap_caveats
-from reports.words import Change, how_far
+from reports.words import Change, effect_size, how_far
 from tests.reports.diagnoses import made_diagnosed
 
 _OTHER = {"none_of_these": 0.95}
@@ -120,3 +121,14 @@ def test_effects_that_forecast_beats_worse_are_no_model_whatever_else_they_do(sh
         told = made_diagnosed("named", gap=gap | {"frequency_mae_after": after})
         assert how_far(told).endswith("for forecasts.") == worse
         assert any("held-out beats are forecast worse: 666.0 mHz off" in each for each in gap_caveats(told)) == worse
+
+
+def test_a_direction_is_named_as_it_points() -> None:
+    parameters = {
+        "background_current": {name: fitted(name, value) for name, value in (("right", -5e-3), ("down", 2e-3))}
+    }
+    assert effect_size(parameters, "background_current") == "left 5.0 (4.0 to 6.0) mm/s, down 2.0 (1.0 to 3.0) mm/s"
+
+
+def fitted(name: str, value: float) -> FittedParameter:
+    return FittedParameter(value, (value - 0.001, value + 0.001), "m/s", at_bound=False, parameter=name)

@@ -36,7 +36,7 @@ def test_the_demo_prints_what_the_first_page_quotes(tmp_path: Path) -> None:
 
 def test_the_truth_that_the_first_page_tells_is_that_of_the_card() -> None:
     card = (ROOT / "datasets" / "sample" / "CARD.md").read_text()
-    found = re.search(r"in the picture ([\d.]+) to the right and ([-\d.]+) down", card)
+    found = re.search(r"in the picture ([\d.]+) to the right and ([\d.]+) up", card)
     assert found is not None
     page = (ROOT / "docs" / "start.md").read_text().replace("\n", " ")
-    assert f"a current of {found[1]} mm/s to the right and {found[2]} mm/s down" in page
+    assert f"a current of {found[1]} mm/s to the right and {found[2]} mm/s up" in page
