@@ -39,6 +39,7 @@ from reports.words import (
     next_experiment,
     of_its_size,
     sentence,
+    share_of,
     shown,
     spanned,
 )
@@ -203,9 +204,8 @@ class HowSure:
     def band(self) -> str:
         """A sentence on how often held-out speeds are as predicted; empty where none was predicted."""
         inside, count = self.in_band
-        return (
-            f"{inside} of {counted(count, 'held-out speed')} lie in the 90 % band predicted for them." if count else ""
-        )
+        whose = "it" if count == 1 else "them"
+        return f"{share_of(inside, count, 'held-out speed')} in the 90 % band predicted for {whose}." if count else ""
 
     @property
     def sentences(self) -> tuple[str, ...]:

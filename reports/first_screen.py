@@ -19,7 +19,7 @@ from reports.context import ReportContext
 from reports.forecasts import speed_sweep_figure
 from reports.page import Bar, Card, FirstScreen, Plot, Range, Section, page_colour
 from reports.style import FAINT, INK, MUTED, TWIN
-from reports.words import MODELS, counted, in_mm, in_words, listed, sentence, shown, spanned
+from reports.words import MODELS, in_mm, in_words, listed, sentence, share_of, shown, spanned
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 from swimcal.robot import RobotSpec
 
@@ -309,14 +309,18 @@ def _speeds(context: ReportContext) -> Plot:
         inside, count = sure.in_band
         bars = ", and the upright bar of each trial," if count else ""
         missed = context.beyond_bands if inside < 0.8 * count else ""
-        held = f" {inside} of {counted(count, 'held-out speed')} lie in their bars{missed}." if count else ""
+        held = (
+            f" {share_of(inside, count, 'held-out speed')} in {'its bar' if count == 1 else 'their bars'}{missed}."
+            if count
+            else ""
+        )
         band = f" The band{bars} should hold 90 % of new swims; it is the twin’s, corrected by the fit trials.{held}"
     return Plot(
         speed_sweep_figure(calibration, context.posterior),
         "sweep",
         f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} The theory’s line takes the "
         "twin’s tail, its mean error that of each trial. On grey ground nothing was fitted "
-        f"({shown(low, 2)} to {shown(high, 2)} Hz was).",
+        f"({shown(low, 2)}{'' if low == high else f' to {shown(high, 2)}'} Hz was).",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
         narrow=speed_sweep_figure(calibration, context.posterior, narrow=True),
     )

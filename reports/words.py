@@ -102,6 +102,11 @@ def counted(count: int, noun: str, plural: str = "s") -> str:
     return f"{count} {noun}{'' if count == 1 else plural}"
 
 
+def share_of(count: int, of: int, noun: str) -> str:
+    """Format how many of several lie somewhere: `1 of 1 speed lies`, `2 of 3 speeds lie`."""
+    return f"{count} of {counted(of, noun)} {'lies' if of == 1 else 'lie'}"
+
+
 def listed(names: Sequence[str], most: int = 6) -> str:
     """Join names as `a, b and c`; of many the first few and how many more."""
     if len(names) > most:
