@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -63,7 +64,8 @@ def read_text(path: Path) -> str:
         faults.add("", "this is a folder", expected="a file")
     except UnicodeDecodeError as error:
         found = f"byte {error.object[error.start]:#04x} at {error.start}"
-        faults.add("", "not a text file", found=found, expected="text in UTF-8")
+        step = "Save it again as CSV in UTF-8." if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else ""
+        faults.add("", "not a text file", found=found, expected="text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         expected, step = "a whole gzip file", "Copy or pack it again."
         faults.add("", "the packed file is damaged", found=str(error), expected=expected, next_step=step)
@@ -161,8 +163,8 @@ def read_log(
 def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:
     """Convert the rows of a table to numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
 
-    Ragged rows, which are left out, cells that are not numbers and infinite values become faults. Messages name the
-    `columns`, whose number is the width expected.
+    Ragged rows and rows of words, which are left out, cells that are not numbers and infinite values become faults.
+    Messages name the `columns`, whose number is the width expected.
 
     Args:
         table: the table as read.
@@ -181,12 +183,20 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
             plain = all(map(math.isfinite, numbers)) and "_" not in "".join(row.cells)
         except ValueError:
             plain = False
+        if not plain and all(_read_number(cell) is None for cell in row.cells):
+            ragged.append(_wordy(table.file, row))
+            continue
         if not plain:
             numbers = [_check_cell(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
         values.append(numbers)
     faults.extend_capped(ragged)
     faults.extend_capped(bad_cells)
     return np.array(values, dtype=float).reshape(len(values), len(columns))
+
+
+def _wordy(file: str, row: Row) -> Fault:
+    found, step = shown(", ".join(row.cells)), "Remove it, if it tells units or names."
+    return Fault(file, f"line {row.line}", "a row without a number", found, "numbers", next_step=step)
 
 
 def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> None:

@@ -91,6 +91,11 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         ("\n\n\n", "the file is empty"),
         ("1;2;3;4;5;6\n1;2;3;4;5;6\n", "expected columns separated by commas"),
         (b"\x89PNG\r\n\x1a\n\x00\xff", "not a text file; found byte 0x89 at 0; expected text in UTF-8"),
+        ("1,2\n1,2\n".encode("utf-16"), "expected text in UTF-8. Save it again as CSV in UTF-8."),
+        (
+            f"{HEADER}\ns,px,px,px,px,px,px\n0,1,2,3,4,5,6\n",
+            "line 2: a row without a number; found 's, px",
+        ),
         (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:-9], "the packed file is damaged"),
         (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:12] + b"xx", "the packed file is damaged"),
         (f"{HEADER}\n0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "line 3: time does not increase; found 0.0 after 0.0"),
