@@ -9,11 +9,12 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from typer.core import TyperCommand, TyperOption
+from typer.core import TyperArgument, TyperCommand, TyperOption
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
@@ -27,6 +28,7 @@ FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 
 _IN_WORDS = {
     "<int range>": "<number>",
+    "<float range>": "<number>",
     "<int>": "<number>",
     "<float>": "<number>",
     "<str>": "<text>",
@@ -50,14 +52,21 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
 
 
+def _told_as(kind: str, *_context: Any, **_more: Any) -> str:
+    return kind
+
+
 class Command(TyperCommand):
     """A command whose help says of what kind a value is in words, not in terms of Python."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        for option in self.params:
-            if isinstance(option, TyperOption) and option.metavar is None:
-                option.metavar = _IN_WORDS.get(option.display_type(typer.Context(self)))
+        for param in self.params:
+            if isinstance(param, TyperOption | TyperArgument):
+                kind = param.display_type(typer.Context(self))
+                told = _IN_WORDS.get(kind, kind)
+                told = told.removesuffix(" …") if isinstance(param, TyperArgument) else told  # its name says "…" itself
+                vars(param)["display_type"] = partial(_told_as, told)
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:

@@ -118,8 +118,8 @@ def at_stage(data: DiagnosisResult) -> str:
     chance = data.stages.get(stage, 0.0)
     if not is_inadequate(data) or chance <= HELD:
         return ""
-    paced = data.where.by_marker.get("frequency", 0.0) > _OF_FREQUENCY
-    beside = ", beside a beat frequency that is off" if paced else ""
+    paced = stage != "drive" and data.where.by_marker.get("frequency", 0.0) > _OF_FREQUENCY
+    beside = f", beside a beat frequency that {'is off' if data.reference is None else 'changed'}" if paced else ""
     return f"most probably {_OF_UNKNOWN[stage]} ({chance:.2f}){beside}"
 
 

@@ -163,17 +163,17 @@ def unknown_effects(
 def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
     """Return the probability that the gap is due to an effect of each stage; what they lack to 1 is that of no effect.
 
-    An unknown effect acts at one stage alone. In addition all beats may be faster or slower than commanded by the same
-    share: the catalogue explains that, so it tells of no unknown effect. No law has exactly the effect's form, so a
-    share `FORM_ERROR` of what the best stage explains counts as noise: where much is explained, differences between
-    stages tell less.
+    An unknown effect acts at one stage alone. In addition clock or crank may be off by the same share in all trials:
+    the catalogue explains that, so it tells of no unknown effect. No law has exactly the effect's form, so a share
+    `FORM_ERROR` of what the best stage explains beyond that counts as noise: where much is explained, differences
+    between stages tell less.
 
     Args:
         linear: the linearised model of the fitted trials.
         members: what unknown effects of each stage can do, see `unknown_effects`.
     """
     target = linear.space.projected(linear.residual)
-    paced = linear.space.projected(other_frequencies(linear).sum(axis=1)[None]).T
+    paced = linear.space.projected(all_faster(linear).T).T
     none, scores = -0.5 * likeliest_sizes(target, [paced])[1], dict[str, float]()
     for stage, parts in members.items():
         columns = [linear.space.projected(part.T).T for part in parts.values()]
@@ -182,6 +182,14 @@ def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Compo
     noise = 1 + FORM_ERROR**2 * max(max(scores.values()) - none, 0.0)
     everything = float(logsumexp(np.array([none, *scores.values()]) / noise))
     return {stage: float(np.exp(score / noise - everything)) for stage, score in scores.items()}
+
+
+def all_faster(linear: LinearModel) -> np.ndarray:
+    """Return the columns (k, 2) of a clock, and of a crank, that is off by the same share in all trials."""
+    columns, trials, logged = other_frequencies(linear), len(linear.trials), list(linear.model.logged)
+    unlogged = [number for number in range(trials) if number not in logged]
+    crank = columns[:, unlogged].sum(axis=1) + columns[:, trials:].sum(axis=1)
+    return np.column_stack([columns[:, :trials].sum(axis=1), crank])
 
 
 def _of_water(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:

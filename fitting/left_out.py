@@ -44,8 +44,6 @@ _OFF_M = 0.1  # mean marker error from which it is another swim: a sixth of the 
 _WORSE = 4.0
 _WORSE_M = 0.03
 
-_SAME_M = 1e-3  # median distance of the markers in two recordings of one file, by boxes of their own
-
 # Odd markers
 LEAST_M = 0.022
 """A flagged marker sits at least so far from its place in the other swims: the public trials reach 20 mm."""
@@ -161,32 +159,6 @@ def far_reason(measured_m_s: float, twin_m_s: float, error_m: float, fellows_m: 
 
 def _speeds(measured_m_s: float, twin_m_s: float) -> str:
     return f"it swims at {1000 * measured_m_s:.0f} mm/s, its twin at {1000 * twin_m_s:.0f}"
-
-
-def repeated_recordings(trials: Sequence[MeasuredTrial]) -> dict[str, str]:
-    """Say of which swims, by name, and why, the recording is that of another one: a file that has two names.
-
-    Where the commands agree the first one stays; where they do not, nobody knows whose recording it is.
-
-    Args:
-        trials: the swims.
-    """
-    why = {}
-    for number, trial in enumerate(trials):
-        for other in trials[:number]:
-            if _is_same_recording(trial, other):
-                said = "its recording is that of {}: give each its own, or remove one"
-                why[trial.name] = said.format(other.name)
-                if trial.commanded_hz != other.commanded_hz:
-                    why[other.name] = said.format(trial.name)
-    return why
-
-
-def _is_same_recording(one: MeasuredTrial, other: MeasuredTrial) -> bool:
-    if one.position_m.shape != other.position_m.shape:
-        return False
-    apart_m = np.linalg.norm(one.position_m - other.position_m, axis=-1)  # (n, m)
-    return bool(np.isfinite(apart_m).any()) and float(np.nanmedian(apart_m)) < _SAME_M
 
 
 # Markers.

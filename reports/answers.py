@@ -330,7 +330,8 @@ def use_of_named(found: DiagnosisResult) -> str:
     named = [in_words(name) for name in found.effect_parameters]
     it, there = ("it", "it is") if len(named) == 1 else ("them", "they are")
     gap = found.gap
-    if gap.evaluated_on and not (gap.shrinkage > 0 and gap.with_effects_mm <= gap.baseline_mm):
+    better = gap.shrinkage > 0 and gap.with_effects_mm <= gap.baseline_mm and not gap.frequency_grows
+    if gap.evaluated_on and not better:
         return f"Check {listed(named)} by hand; the twin without {it} forecasts as well: calib mjcf writes it."
     return f"Check {listed(named)} by hand; if {there} there, simulate with results/{found.models[0]}."
 

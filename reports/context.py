@@ -238,8 +238,8 @@ class ReportContext:
         return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name, self.damaged)
 
     @property
-    def beyond_bands(self) -> str:
-        """Why bands of the twin without effects may miss measured speeds: ", which do not know of current"; else ""."""
+    def unknown_to_bands(self) -> str:
+        """The named effects that bands of the plain twin do not know of, as a clause with its comma; "" without any."""
         if self.diagnosed is None or not explains_the_rest(self.diagnosed):
             return ""
         return f", which do not know of {listed([in_words(name) for name in self.diagnosed.effects])}"

@@ -308,7 +308,7 @@ def _speeds(context: ReportContext) -> Plot:
     if context.posterior is not None:
         inside, count = sure.in_band
         bars = ", and the upright bar of each trial," if count else ""
-        missed = context.beyond_bands if inside < 0.8 * count else ""
+        missed = context.unknown_to_bands if inside < 0.8 * count else ""
         held = (
             f" {share_of(inside, count, 'held-out speed')} in {'its bar' if count == 1 else 'their bars'}{missed}."
             if count
@@ -318,8 +318,8 @@ def _speeds(context: ReportContext) -> Plot:
     return Plot(
         speed_sweep_figure(calibration, context.posterior),
         "sweep",
-        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} The theory’s line takes the "
-        "twin’s tail, its mean error that of each trial. On grey ground nothing was fitted "
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} Elongated body theory is drawn "
+        "for the twin’s tail; its mean error is that for each trial’s own tail. On grey ground nothing was fitted "
         f"({shown(low, 2)}{'' if low == high else f' to {shown(high, 2)}'} Hz was).",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
         narrow=speed_sweep_figure(calibration, context.posterior, narrow=True),

@@ -306,5 +306,5 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     missed = len(bands) - sum(bands)
     if missed <= 0.2 * len(bands):
         return ()
-    why = context.beyond_bands or ": the bands are too narrow"
+    why = context.unknown_to_bands or ": the bands are too narrow"
     return (f"{missed} of {len(bands)} measured speeds are outside their 90 % bands{why}.",)

@@ -64,7 +64,9 @@ def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
             if name in trial.markers:
                 kinds[trial.rows_of(flag), trial.markers.index(name)] = flag.kind
     left_out = trial.weight <= 0
-    reason = np.where(left_out.all(axis=1, keepdims=True), _HEAD, np.where(left_out.all(axis=0), _UNREAD, _OTHER))
+    reason = np.where(
+        left_out.all(axis=1, keepdims=True), _HEAD, np.where(left_out[trial.kept].all(axis=0), _UNREAD, _OTHER)
+    )
     return np.where(left_out, np.where(kinds == "", reason, kinds), "")
 
 

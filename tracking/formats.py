@@ -43,7 +43,7 @@ import xarray as xr
 from swimcal.errors import FaultCollector, did_you_mean, shown
 from swimcal.results import program_version, write_whole, writing_whole
 from swimcal.tables import RawTable, Row, to_numbers
-from swimcal.tracks import NO_NAMES, TIME, markers_of, pixels_of, save_tracks
+from swimcal.tracks import FASTEST_STEP_S, NO_NAMES, TIME, markers_of, pixels_of, save_tracks
 from tracking.foreign import HDF5, NETCDF_3, ForeignTracks, check_readable, read_foreign_table, save_fishsim
 
 # DeepLabCut.
@@ -310,10 +310,10 @@ def _check_milliseconds(name: str, times: np.ndarray, faults: FaultCollector) ->
     """Check that a column that is named so has milliseconds (n,).
 
     Raises:
-        InputError: its frames are less than a thousandth of that apart, as seconds are, with the faults before.
+        InputError: its frames are less apart than those of any camera, as with seconds, with the faults before.
     """
-    apart = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    if name.lower() in IN_MILLISECONDS and 0 < apart < 1:
+    apart = float(np.median(np.diff(times))) if len(times) > 1 else np.inf
+    if name.lower() in IN_MILLISECONDS and 0 < apart < 1000 * FASTEST_STEP_S:
         found = f"frames {apart:.4g} ms apart, {1000 / apart:.4g} frames a second"
         step = "If they are seconds, name the column time_s."
         faults.add("line 1", f"column {name!r} is not in milliseconds", found=found, expected="ms", next_step=step)

@@ -128,8 +128,8 @@ def _measure_calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> 
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     width = median([score.q95[i] - score.q05[i] for score in scores])
     parts = {
-        "varied": ("whose trials vary", [score for score in scores if score.varied]),
-        "alike": ("whose trials do not", [score for score in scores if not score.varied]),
+        "varied": ("whose trials vary", [score for score in scores if score.varied and not score.gapped]),
+        "alike": ("whose trials do not", [score for score in scores if not score.varied and not score.gapped]),
         "gapped": ("with gaps", [score for score in scores if score.gapped]),
     }
     split = {

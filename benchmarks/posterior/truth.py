@@ -219,7 +219,7 @@ def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: 
 def _draw_gaps(time_s: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Draw which samples (n, m) of a trial are unseen: stretches of one or two tail markers, of a head marker, singles.
 
-    One tail marker may never be seen; the others are seen again, so that a trial stays usable.
+    One tail marker may never be seen. A trial that is not usable so stops its session, which then counts as failed.
     """
     n, m = len(time_s), len(FISHSIM_MARKERS)
     hidden = random.random((n, m)) < _LOST_SHARE

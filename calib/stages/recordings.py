@@ -1,5 +1,6 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -14,12 +15,13 @@ from calib.options import Job
 from calib.stages.videos import Videos, of_each, spoiled, without_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
-from fitting.left_out import odd_markers, repeated_recordings
+from fitting.left_out import odd_markers
 from fitting.motor_clock import read_motor
 from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial, measure_trial
-from swimcal.errors import FaultCollector, NotEnoughData
+from swimcal.errors import FaultCollector, InputError, NotEnoughData
+from swimcal.results import sha256_of
 from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
 from swimcal.tracks import load_tracks, save_tracks
@@ -94,17 +96,17 @@ class Recordings:
         return measured
 
     def look_at_swims(self) -> Iterator[tuple[str, MeasuredTrial | str]]:
-        """Measure each swim that has tracks by itself, and write nothing; why not where one cannot be measured.
-
-        Raises:
-            InputError: what is wrong with its tracks.
-        """
+        """Measure each swim that is given by tracks, by itself, and write nothing; why not where that is impossible."""
         for spec in (spec for spec in self._usable if spec.kind == "swim"):
-            if spec.tracks is not None or self.videos.are_current(spec):
+            if spec.name in self._repeated:
+                yield spec.name, self._repeated[spec.name]
+            elif spec.tracks is not None:
                 try:
                     yield spec.name, self._measure_swim(spec, self._recorded(spec))
                 except NotEnoughData as problem:
                     yield spec.name, without_trial(spec.name, problem)
+                except InputError as problem:
+                    yield spec.name, str(problem)
 
     @property
     def swims_left_out(self) -> dict[str, str]:
@@ -226,6 +228,9 @@ class Recordings:
         """
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
+            if spec.name in self._repeated:
+                problems.append((spec, self._repeated[spec.name]))
+                continue
             self._job.progress(f"reading {spec.name}")
             try:
                 with faults.nested():
@@ -233,9 +238,6 @@ class Recordings:
             except NotEnoughData as problem:
                 problems.append((spec, without_trial(spec.name, problem)))
         faults.raise_if_any()
-        repeated = repeated_recordings([trial for trial in measured if isinstance(trial, MeasuredTrial)])
-        measured = [trial for trial in measured if trial.name not in repeated]
-        problems += [(spec, repeated[spec.name]) for spec in self._usable if spec.name in repeated]
         self._unmeasured = tuple(problems)
         fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
         lacking = not fitted and any(spec.kind == "swim" and spec.role == "fit" for spec, _ in problems)
@@ -251,6 +253,27 @@ class Recordings:
         return [
             replace(trial, flags=(*trial.flags, odd[trial.name])) if trial.name in odd else trial for trial in measured
         ]
+
+    @cached_property
+    def _repeated(self) -> dict[str, str]:
+        """Why, by name, of trials whose recording is that of another one: one file under several names.
+
+        Where all their commands agree one of them stays, a fit trial if there is one. Where they do not, nobody knows
+        whose recording it is.
+        """
+        of_size, why = defaultdict(list), dict[str, str]()
+        for spec in sorted(self._usable, key=lambda spec: spec.role != "fit"):
+            of_size[_file_of(spec).stat().st_size].append(spec)
+        for alike in (each for each in of_size.values() if len(each) > 1):
+            of_content = defaultdict(list)
+            for spec in alike:
+                of_content[sha256_of(_file_of(spec))].append(spec)
+            for first, *others in of_content.values():
+                agree = all(spec.commanded_hz == first.commanded_hz for spec in others)
+                for spec in others if agree else [first, *others]:
+                    whose = first.name if spec is not first else others[0].name if others else ""
+                    why[spec.name] = f"its recording is that of {whose}: give each its own, or remove one"
+        return why
 
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
@@ -306,6 +329,12 @@ class Recordings:
         confidence = np.where(weight() > 0, tracks.confidence.values, 0.0)
         save_tracks(stage.file, tracks.assign(confidence=(("time", "keypoint"), confidence)))
         stage.mark()
+
+
+def _file_of(spec: TrialSpec) -> Path:
+    file = spec.tracks or spec.video
+    assert file is not None
+    return file
 
 
 def _or_left_out(make: Callable[[TrialSpec], Made], spec: TrialSpec) -> Made:

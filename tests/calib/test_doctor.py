@@ -59,3 +59,10 @@ def test_a_package_of_another_version_and_a_motor_that_is_not_there_are_named(mo
     assert "numpy" in found.loc["packages"].found
     assert "nonsense-of-ours is missing" in found.loc["packages"].found
     assert (found.loc["motor"].state, found.loc["packages"].state) == ("fault", "fault")
+
+
+def test_a_recording_with_two_names_is_told_of_both(fresh: Path) -> None:
+    edit(fresh / "session.toml", "trials/fast.csv.gz", "trials/slow.csv.gz")
+    found = front.doctor(fresh)
+    assert "its recording is that of slow" in found.loc["swim fast"].found
+    assert "its recording is that of fast" in found.loc["swim slow"].found

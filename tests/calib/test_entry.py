@@ -1,6 +1,7 @@
 """What `import calib` gives, and what it costs."""
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -91,6 +92,7 @@ def test_every_command_says_how_it_is_used(command: str, calib: Front) -> None:
     assert outcome.code == 0
     assert f"calib {' '.join([*group, command])}" in outcome.out
     assert "Example: calib" in outcome.out or command == "capture"
+    assert not re.search(r"range>|list\[|<(int|str|float)>", outcome.out)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
 from swimcal.motor_log import MOTOR_COLUMNS
 from swimcal.tracks import load_tracks, pixels_of, save_tracks
 from tests.calib.door import PLAN, Front, assert_reports, calibration_of, edit, files_in
@@ -106,6 +109,24 @@ def test_one_recording_under_the_names_of_two_commands_is_used_for_neither(calib
     outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert_reports(outcome, "trial slow: its recording is that of fast", "trial fast: its recording is that of slow")
+
+
+@pytest.mark.parametrize("copied", [False, True])
+@pytest.mark.parametrize("held_out_first", [False, True])
+def test_of_one_recording_with_two_names_and_one_command_the_fit_trial_stays(
+    fresh: Path, held_out_first: bool, copied: bool
+) -> None:
+    edit(fresh / "session.toml", "commanded_hz = 1.35", "commanded_hz = 0.82")
+    again = "trials/again.csv.gz" if copied else "trials/slow.csv.gz"
+    shutil.copy(fresh / "trials" / "slow.csv.gz", fresh / "trials" / "again.csv.gz")
+    edit(fresh / "session.toml", "trials/fast.csv.gz", again)
+    if held_out_first:
+        head, *trials = (fresh / "session.toml").read_text().split("[[trial]]")
+        (fresh / "session.toml").write_text("[[trial]]".join([head, *trials[::-1]]))
+    recordings = Pipeline(open_session(fresh), Options()).recordings
+
+    assert [trial.name for trial in recordings.swims] == ["slow"]
+    assert recordings.swims_left_out == {"fast": "its recording is that of slow: give each its own, or remove one"}
 
 
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.result import FittedParameter
-from diagnosis.sentences import where, which
+from diagnosis.sentences import at_stage, where, which
 from reports.caveats import gap_caveats
 from reports.words import Change, effect_size, how_far
 from tests.reports.diagnoses import made_diagnosed
@@ -132,3 +132,20 @@ def test_a_direction_is_named_as_it_points() -> None:
 
 def fitted(name: str, value: float) -> FittedParameter:
     return FittedParameter(value, (value - 0.001, value + 0.001), "m/s", at_bound=False, parameter=name)
+
+
+@pytest.mark.parametrize(
+    ("stage", "share", "said"),
+    [
+        ("water", 0.9, "most probably in the water (0.97), beside a beat frequency that is off"),
+        ("water", 0.2, "most probably in the water (0.97)"),
+        ("drive", 0.9, "most probably in motor or clock (0.97)"),
+    ],
+)
+def test_a_beat_frequency_is_told_beside_an_unknown_effect_that_does_not_make_it(
+    stage: str, share: float, said: str
+) -> None:
+    where = {"by_marker": {"frequency": share, "nose": 1 - share}}
+    adequate = {"p_value": 1e-9, "squares": 900.0, "numbers": 300}
+    found = made_diagnosed("unexplained", where=where, adequate=adequate, stages={stage: 0.97})
+    assert at_stage(found) == said

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from diagnosis.places import ForceResponses
-from diagnosis.unknown_effects import stage_probabilities, unknown_effects
-from diagnosis.where import decompose, other_frequencies
+from diagnosis.unknown_effects import all_faster, stage_probabilities, unknown_effects
+from diagnosis.where import decompose
 from fitting.signatures import signature_of
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.effect import Effect, Parameter, Plates, StepForce, StepState
@@ -115,10 +116,18 @@ def test_it_is_placed_where_it_acts(
 def test_beats_that_are_all_slower_than_commanded_do_not_hide_where_the_rest_acts(pushed: ForceResponses) -> None:
     row = signature_of(RootDrag(), linear().model, CAMERA, linear().at, np.array([[1.0]])).rows[0]
     other = replace(linear())
-    slower = -25.0 * other_frequencies(other).sum(axis=1) / 2
+    slower = -25.0 * all_faster(other)[:, 0]
     assert np.linalg.norm(other.space.projected(slower)) > 80.0
     other.__dict__["residual"] = linear().residual + 20.0 * row / np.linalg.norm(other.space.projected(row)) + slower
     assert stage_probabilities(other, unknown_effects(other, pushed, []))["water"] > 0.6
+
+
+def test_a_clock_moves_beats_alone_and_a_crank_its_log_too() -> None:
+    trials = [SimpleNamespace(frequency=SimpleNamespace(hz=hz)) for hz in (1.0, 2.0)]
+    model = SimpleNamespace(logged=(1,), measured=np.zeros(3))
+    clock, crank = all_faster(SimpleNamespace(trials=trials, model=model, residual=np.zeros(6))).T  # type: ignore[arg-type]
+    assert clock.tolist() == [0, 0, 0, 0.01, 0.02, 0]
+    assert crank.tolist() == [0, 0, 0, 0.01, 0.02, 0.02]
 
 
 def test_a_marker_that_sits_elsewhere_is_the_cameras(pushed: ForceResponses) -> None:

@@ -7,14 +7,7 @@ from dataclasses import replace
 import pytest
 
 from fitting.calibration import CalibratedTrial
-from fitting.left_out import (
-    FAR,
-    MISSED,
-    extrapolation_reason,
-    far_from_twin_flags,
-    followed_trials,
-    repeated_recordings,
-)
+from fitting.left_out import FAR, MISSED, extrapolation_reason, far_from_twin_flags, followed_trials
 from fitting.published import Swims
 from fitting.trial import MeasuredTrial
 from swimcal.errors import NotEnoughData
@@ -68,13 +61,3 @@ def test_a_trial_far_from_its_own_twin_is_flagged(twin: float, error_m: float, k
     assert [flag.kind for flag in far_from_twin_flags(changed, [0.005, 0.006, 0.007])] == kinds
     held_out = replace(changed, measured=replace(changed.measured, role="holdout"))
     assert MISSED not in [flag.kind for flag in far_from_twin_flags(held_out, [0.005])]
-
-
-def test_a_recording_with_two_names_is_found_whatever_its_boxes(trials: dict[str, MeasuredTrial]) -> None:
-    slow, fast = trials["slow"], trials["fast"]
-    again = replace(slow.seen_as(position_m=slow.position_m + 2e-4), name="again")
-    other = replace(again, name="other", commanded_hz=2 * (slow.commanded_hz or 1.0))
-
-    assert repeated_recordings([slow, fast]) == {}
-    assert list(repeated_recordings([slow, fast, again])) == ["again"]
-    assert set(repeated_recordings([slow, other])) == {"slow", "other"}

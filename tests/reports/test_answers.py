@@ -180,3 +180,21 @@ def test_a_model_that_forecasts_no_better_is_not_proposed(shrinkage: float, afte
     step = use_of_named(replace(found, gap=gap, models=("calibrated+tendon_slack.xml",)))
     assert ("calibrated+tendon_slack.xml" in step) == closer
     assert ("forecasts as well" in step) == (not closer)
+
+
+@pytest.mark.parametrize(
+    ("explains", "said"), [(True, ", which do not know of tendon slack and wave drag"), (False, "")]
+)
+def test_what_bands_do_not_know_of_is_told_where_it_explains_the_rest(
+    context: ReportContext, monkeypatch: pytest.MonkeyPatch, explains: bool, said: str
+) -> None:
+    monkeypatch.setattr("reports.context.explains_the_rest", lambda _found: explains)
+    assert context.unknown_to_bands == said
+    assert replace(context, diagnosed=None).unknown_to_bands == ""
+
+
+def test_the_chart_of_speeds_is_there_once_for_wide_and_once_for_narrow_screens(context: ReportContext) -> None:
+    page = render_report(context, (build_summary,))
+    assert page.count('class="plot on-wide"') == page.count('class="on-narrow"') == 1
+    ids = re.findall(r' id="([^"]+)"', page)
+    assert len(ids) == len(set(ids))

@@ -114,6 +114,17 @@ def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     assert set(kinds[20:25, MARKERS.index("tail_1")]) == {"head not trusted"}
 
 
+def test_a_marker_too_little_seen_in_the_compared_frames_is_told_so_although_the_warm_up_shows_it() -> None:
+    trial = made_trial(ROBOT, "slow").measured
+    weight = trial.weight.copy()
+    weight[trial.kept, 4] = 0.0
+    kinds = flagged_kinds(trial.seen_as(weight=weight))
+
+    assert (weight[:, 4] > 0).any()
+    assert set(kinds[trial.kept, 4]) == {"unread_marker"}
+    assert (kinds[:, 5] == "").all()
+
+
 def test_flags_count_from_the_recording_and_samples_from_the_trials_first_frame() -> None:
     trial = made_trial(ROBOT, "slow", flagged=True).measured
     kinds = flagged_kinds(trial)

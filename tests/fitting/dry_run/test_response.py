@@ -34,6 +34,16 @@ def test_a_whole_run_of_a_finer_step_is_read_off_one_turn() -> None:
     assert farthest_mm(read, marker_m[..., 0] + 1j * marker_m[..., 1]) < 0.3  # a tenth of a degree, mostly
 
 
+def test_a_robot_that_wants_a_shorter_step_gets_it_in_air_too() -> None:
+    hz = np.array([1.2])
+    plain, slow, fine = (
+        simulate_turns(ROBOT.model_copy(update={"time_step_s": step_s}), FISHSIM_MARKERS, hz).marker_m
+        for step_s in (ROBOT.time_step_s, 0.009, 0.0005)
+    )
+    assert (slow == plain).all()
+    assert 0 < farthest_mm(fine, plain) < 0.1
+
+
 def test_the_same_turn_is_the_same_to_the_last_bit() -> None:
     turns = [shared_response().turn(0.0382, 0.87, 0).marker_m.tobytes() for _ in range(20)]
 

@@ -116,6 +116,8 @@ def test_other_names_are_one_fault_with_both_lists_and_can_be_renamed(tmp_path: 
     (fault,) = raised.value.faults
     assert (fault.found, fault.expected) == ("a, b, c", "nose, neck, tail_1")
     assert "--rename a=nose" in fault.next_step
+    with pytest.raises(InputError, match="no marker neck; found nose, b, tail_1; expected nose, neck, tail_1"):
+        import_tracks(file, MARKERS, rename={"a": "nose", "c": "tail_1"})
     tracks = import_tracks(file, MARKERS, rename={"a": "nose", "b": "neck", "c": "tail_1"})
     np.testing.assert_allclose(pixels_of(tracks), PLACES)
     with pytest.raises(InputError, match="no such name in the file to rename; found d"):
