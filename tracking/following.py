@@ -184,6 +184,8 @@ class _Follower:
     def forget(self) -> None:
         """Forget all frames and start anew."""
         self.own = np.zeros((len(self.model.place_px), 2))
+        self.gone = np.zeros(len(self.own), int)  # frames since each marker was there
+        self.strange = np.zeros(len(self.own), int)  # frames in which its motion is not known yet
 
     def step(
         self, position_px: np.ndarray, carried_px: np.ndarray, present: np.ndarray
@@ -197,20 +199,24 @@ class _Follower:
         both_px = np.stack([position_px, carried_px])  # (2, m, 2)
         sample, carried = model.to_body(both_px, np.repeat(pose, 2, axis=0))  # (2m,) each
         expected = self.share @ carried
+        self.strange = np.where(present & (self.gone > LASTING), 2, self.strange)
         active = self._agreeing(sample, sample - expected, present)
+        missed = ~present & (self.gone < LASTING)  # for a moment, in which its motion carries on
+        self.gone = np.where(present, 0, self.gone + 1)
+        self.strange = np.maximum(self.strange - active, 0)
 
         place = expected + self.spread @ (self.expected.given(active)[0] @ (sample - expected))
         others = model.shape_and_pose.expected(sample, active).reshape(-1, 2)
         distance, _ = model.shape_and_pose.leave_one_out(sample, active)
-        self.own = np.where(active[:, None], distance, FADE * self.own)
-        place = np.where(active[:, None], place.reshape(-1, 2), others + self.own)
+        self.own = np.where(active[:, None], distance, np.where(missed[:, None], 1.0, FADE) * self.own)
+        place = np.where((active | missed)[:, None], place.reshape(-1, 2), others + self.own)
         return active, model.to_image(place.ravel()[None], pose)[0]
 
     def _agreeing(self, from_shape: np.ndarray, from_expected: np.ndarray, present: np.ndarray) -> np.ndarray:
         active = present.copy()
         while active.any():
             by_shape = self.gate.score(self.model.shape_and_pose, from_shape, active)
-            by_motion = self.gate.score(self.expected, from_expected, active)
+            by_motion = np.where(self.strange > 0, 0.0, self.gate.score(self.expected, from_expected, active))
             if max(by_shape.max(), by_motion.max()) <= 1:
                 break
             active[np.hypot(by_shape, by_motion).argmax()] = False
