@@ -90,6 +90,31 @@ def test_a_caudal_fin_that_turns_sharply_is_believed_from_one_turn_to_the_next()
     assert np.mean([left_out(turning_sharply(1.76, seed, 25.0)) for seed in range(4)]) <= 0.005
 
 
+def with_gaps(position_px: np.ndarray, seed: int) -> np.ndarray:
+    """The places (n, m, 2) without 5 % of the samples, and without a marker of head and tail for a while."""
+    rng, gapped = np.random.default_rng(seed), position_px.copy()
+    gapped[rng.random(gapped.shape[:2]) < 0.05] = np.nan
+    for marker, longest in ((rng.integers(0, 2), 36), (rng.integers(3, 9), 150)):
+        first = rng.integers(0, len(gapped) - longest)
+        gapped[first : first + rng.integers(6, longest), marker] = np.nan
+    return gapped
+
+
+@pytest.mark.parametrize("seed", [20, 21, 22, *later(*range(23, 40))])
+@pytest.mark.parametrize("hz", [0.5, 1.0])
+def test_what_is_seen_counts_although_other_samples_are_missing(hz: float, seed: int) -> None:
+    position = with_gaps(swimming_fish(hz, seed), seed)
+    wrong = left_out(position) & np.isfinite(position).all(axis=2)
+    assert wrong.mean() <= 0.01
+
+
+@pytest.mark.parametrize("kind", ["jump", *later("merge", "freeze", "hop", "swap")])
+def test_faults_are_found_among_missing_samples_too(kind: str) -> None:
+    recall, false = shares_found(kind, [with_gaps(swimming_fish(1.0, seed=1), seed=1)], seed=2)
+    assert recall >= 0.85
+    assert false <= 0.01
+
+
 @pytest.mark.parametrize("seed", [6, *later(7, 8)])
 def test_a_neck_whose_nose_left_the_picture_is_believed_and_its_leap_is_not(seed: int) -> None:
     """Nothing but the nose tells where the neck is along the head: without it it may be further off."""
