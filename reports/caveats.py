@@ -153,9 +153,9 @@ def _is_of_drive(found: DiagnosisResult) -> bool:
 
 
 def beats_off_command(found: CalibrationResult) -> bool:
-    """Tell whether all fit trials beat at far other frequencies than commanded."""
-    fitted = [trial for trial in found.trials.values() if trial.role == "fit"]
-    off = [bool(t.commanded_hz) and abs(t.frequency_hz / t.commanded_hz - 1) > _OFF for t in fitted if t.commanded_hz]
+    """Tell whether all fit trials with a command beat at far other frequencies."""
+    fitted = (trial for trial in found.trials.values() if trial.role == "fit")
+    off = [abs(trial.frequency_hz / trial.commanded_hz - 1) > _OFF for trial in fitted if trial.commanded_hz]
     return bool(off) and all(off)
 
 

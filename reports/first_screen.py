@@ -309,11 +309,8 @@ def _speeds(context: ReportContext) -> Plot:
         inside, count = sure.in_band
         bars = ", and the upright bar of each trial," if count else ""
         missed = context.unknown_to_bands if inside < 0.8 * count else ""
-        held = (
-            f" {share_of(inside, count, 'held-out speed')} in {'its bar' if count == 1 else 'their bars'}{missed}."
-            if count
-            else ""
-        )
+        whose = "its bar" if count == 1 else "their bars"
+        held = f" {share_of(inside, count, 'held-out speed')} in {whose}{missed}." if count else ""
         band = f" The band{bars} should hold 90 % of new swims; it is the twin’s, corrected by the fit trials.{held}"
     return Plot(
         speed_sweep_figure(calibration, context.posterior),

@@ -114,13 +114,16 @@ class Plot:
     @property
     def svg(self) -> Markup:
         """The figure as SVG for a page."""
-        return inline_svg(self.figure, self.name, self.caption.partition(". ")[0].removesuffix("."))
+        return inline_svg(self.figure, self.name, self._alt)
 
     @property
     def narrow_svg(self) -> Markup:
         """The figure as SVG for a narrow screen; empty where there is no other for it."""
-        alt = self.caption.partition(". ")[0].removesuffix(".")
-        return Markup("") if self.narrow is None else inline_svg(self.narrow, f"{self.name}-narrow", alt)
+        return Markup("") if self.narrow is None else inline_svg(self.narrow, f"{self.name}-narrow", self._alt)
+
+    @property
+    def _alt(self) -> str:
+        return self.caption.partition(". ")[0].removesuffix(".")
 
     @property
     def wide(self) -> bool:

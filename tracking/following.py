@@ -48,6 +48,13 @@ LASTING = 3
 """Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
 apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
 
+# `_Follower`: markers without a sample.
+MOMENT = 3
+"""Frames without a sample over which a marker's motion carries on. After more of them the body's shape alone judges it,
+until it was there in `FOR_A_MOTION` frames."""
+FOR_A_MOTION = 2
+"""Places that make a motion."""
+
 # `body_jumps`: steps of the whole body off the smooth motion.
 LEAST_PX = 6.0
 """Half of the markers or more are off the smooth motion by this, …"""
@@ -184,8 +191,8 @@ class _Follower:
     def forget(self) -> None:
         """Forget all frames and start anew."""
         self.own = np.zeros((len(self.model.place_px), 2))
-        self.gone = np.zeros(len(self.own), int)  # frames since each marker was there
-        self.strange = np.zeros(len(self.own), int)  # frames in which its motion is not known yet
+        self.gone = np.zeros(len(self.own), int)  # (m,) frames since each marker had a sample
+        self.strange = np.zeros(len(self.own), int)  # (m,) frames until the motion of each is known again
 
     def step(
         self, position_px: np.ndarray, carried_px: np.ndarray, present: np.ndarray
@@ -199,9 +206,9 @@ class _Follower:
         both_px = np.stack([position_px, carried_px])  # (2, m, 2)
         sample, carried = model.to_body(both_px, np.repeat(pose, 2, axis=0))  # (2m,) each
         expected = self.share @ carried
-        self.strange = np.where(present & (self.gone > LASTING), 2, self.strange)
+        self.strange = np.where(present & (self.gone > MOMENT), FOR_A_MOTION, self.strange)
         active = self._agreeing(sample, sample - expected, present)
-        missed = ~present & (self.gone < LASTING)  # for a moment, in which its motion carries on
+        missed = ~present & (self.gone < MOMENT)  # its motion carries on
         self.gone = np.where(present, 0, self.gone + 1)
         self.strange = np.maximum(self.strange - active, 0)
 

@@ -269,10 +269,10 @@ class Recordings:
             for spec in alike:
                 of_content[sha256_of(_file_of(spec))].append(spec)
             for first, *others in of_content.values():
-                agree = all(spec.commanded_hz == first.commanded_hz for spec in others)
-                for spec in others if agree else [first, *others]:
-                    whose = first.name if spec is not first else others[0].name if others else ""
-                    why[spec.name] = f"its recording is that of {whose}: give each its own, or remove one"
+                said = "its recording is that of {}: give each its own, or remove one"
+                why |= {spec.name: said.format(first.name) for spec in others}
+                if any(spec.commanded_hz != first.commanded_hz for spec in others):
+                    why[first.name] = said.format(others[0].name)
         return why
 
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
