@@ -168,9 +168,9 @@ class Scores(NamedTuple):
     """Mean marker distances of one trial.
 
     Attributes:
-        marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first kept frame, m.
+        marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first frame of these, m.
         marker_error_all_m: the same over all samples, flagged ones too, m.
-        shape_error_m: unflagged samples, relative to the nose in every frame, m.
+        shape_error_m: unflagged samples, relative to the nose in every frame that shows nose and neck, m.
         launch_free_error_m: marker_error_m without what a launch may do: a slip aside, and a steady turn, m.
         used_fraction: share of the samples that are not flagged.
     """
@@ -183,7 +183,7 @@ class Scores(NamedTuple):
 
 
 def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) -> np.ndarray:
-    """Return the simulated minus the measured markers in the head frame, aligned at the first of the frames.
+    """Return the simulated minus the measured markers in the head frame, aligned as the trial says.
 
     Args:
         trial: n frames of m markers.
@@ -194,7 +194,7 @@ def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) ->
         (..., k, m, 2) m.
     """
     simulated_frames = frames[: simulated.shape_m.shape[-3]]
-    first = int(np.flatnonzero(frames)[0])
+    first = trial.aligned
     measured_path = trial.head.path_m[frames] - trial.head.path_m[first]
     simulated_path = simulated.path_m[..., simulated_frames, :] - simulated.path_m[..., first : first + 1, :]
     shape = simulated.shape_m[..., simulated_frames, :, :] - trial.head.shape_m[frames]
@@ -212,11 +212,11 @@ def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
     error_m, time_s = residuals(trial, simulated, frames), trial.time_s[frames]  # (k, m, 2), (k,)
     distance = np.linalg.norm(error_m, axis=-1)  # (k, m)
     shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)
-    good = trial.weight[frames] > 0
+    good, with_head = trial.own_weight[frames] > 0, trial.weight[frames] > 0
     return Scores(
         marker_error_m=_mean(distance, good),
         marker_error_all_m=_mean(distance, np.isfinite(distance)),
-        shape_error_m=_mean(shape, good),
+        shape_error_m=_mean(shape, with_head),
         launch_free_error_m=_mean(np.linalg.norm(_without_launch(error_m, time_s, good), axis=-1), good),
         used_fraction=float(good.mean()),
     )

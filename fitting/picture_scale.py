@@ -97,7 +97,7 @@ def at_scale(trial: MeasuredTrial, metres_per_px: float) -> MeasuredTrial:
     )
     return replace(
         trial,
-        tracks=laid_on_pool(trial.tracks, by * trial.position_m, frames, trial.weight, metres_per_px),
+        tracks=laid_on_pool(trial.tracks, by * trial.position_m, frames, trial.own_weight, metres_per_px),
         start_velocity=trial.start_velocity * [by, by, 1.0],
         speed=by * trial.speed,
     )

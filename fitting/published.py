@@ -72,7 +72,7 @@ class Swims:
         total = np.zeros(parameters.shape[1])
         for trial, head in zip(self.trials, self.simulate(parameters), strict=True):
             distance = np.linalg.norm(residuals(trial, head, trial.scored), axis=-1)  # (s, k, m)
-            good = trial.weight[trial.scored] > 0
+            good = trial.own_weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)
 

@@ -79,7 +79,7 @@ class MeasuredTrial:
 
     Attributes:
         tracks: n frames of m markers, time from the first frame, as `swimcal.tracks` has them and with the variables
-            ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
+            ``weight`` (time, keypoint), 0 where a sample is flagged or missing;
             ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
             published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,
             space), m, the nose's displacement, ``heading`` (time), rad, nan where nose or neck is not trusted, and
@@ -89,7 +89,7 @@ class MeasuredTrial:
         start_velocity: (3,) velocity of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
         known: (n,) frames that may set the trial's own numbers.
         kept: (n,) frames compared: after warm-up, and for held-out trials after the known part.
-        scored: (n,) the first 4 s of the kept frames.
+        scored: (n,) the first 4 s from the aligned frame, at most to the last kept one.
         speed: forward speed over the whole beats of the kept frames, m/s.
         warmup_s: time left out of every comparison, even of a drive known to be steady: the twin has to settle.
         tail: indices of the markers behind the head, from head to fin.
@@ -165,9 +165,24 @@ class MeasuredTrial:
         return head_frame(self.markers, whole, self.head_seen[: position_m.shape[-3]])
 
     @cached_property
-    def weight(self) -> np.ndarray:
-        """Weight of each sample, (n, m); 0 where it does not count."""
+    def own_weight(self) -> np.ndarray:
+        """Weight of each sample, (n, m), whether or not nose and neck are trusted in its frame."""
         return np.asarray(self.tracks.weight.values)
+
+    @cached_property
+    def weight(self) -> np.ndarray:
+        """Weight of each sample, (n, m); 0 where it does not count, or nose and neck are not trusted."""
+        return np.asarray(self.own_weight * self.head_seen[:, None])
+
+    @property
+    def aligned(self) -> int:
+        """Index of the frame in which twin and trial are laid on one another for the marker error.
+
+        It is the first that may be compared. If nose or neck is missing there, both are bridged alike from frames
+        before and after; without a frame before, it is the first that is kept.
+        """
+        first = int(np.flatnonzero(_may_be_compared(self.role, self.time_s, self.warmup_s, self.known))[0])
+        return first if self.head_seen[: first + 1].any() else int(np.flatnonzero(self.kept)[0])
 
     @property
     def hindmost(self) -> int:
@@ -195,7 +210,7 @@ class MeasuredTrial:
             weight: (n, m) weights.
         """
         place = self.position_m if position_m is None else position_m
-        other = head or self.head, self.weight if weight is None else weight
+        other = head or self.head, self.own_weight if weight is None else weight
         return replace(self, tracks=laid_on_pool(self.tracks, place, *other, self.metres_per_px))
 
     def crank_rad(self, time_s: np.ndarray, frequency_hz: float) -> np.ndarray:
@@ -269,9 +284,9 @@ def measure_trial(
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
     reach = reach_along_tail(robot, [markers_of(tracks)[marker] for marker in tail])
     trusted = head_is_trusted(markers_of(tracks), quality.weight)
-    weight = quality.weight * trusted[:, None]
     head = head_frame(markers_of(tracks), position_m, trusted)
-    weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
+    own_weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)
+    weight = own_weight * np.isfinite(head.heading_rad)[:, None]
     flags = check_clock_and_scale(recorded_s, camera, robot)
     beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
     check_beat(beat, robot, reach, LEAST_OF_PART)
@@ -279,7 +294,7 @@ def measure_trial(
     if used != slice(0, len(recorded_s)):
         check_lasting(recorded_s, used, beat)
         rests, tracks = rest_flags(recorded_s, used), tracks.isel(time=used)
-        position_m, weight, trusted = position_m[used], weight[used], trusted[used]
+        position_m, weight, trusted, own_weight = position_m[used], weight[used], trusted[used], own_weight[used]
         head = head_frame(markers_of(tracks), position_m, trusted)
     time_s = tracks.time.values - tracks.time.values[0]
     if rests:
@@ -294,7 +309,7 @@ def measure_trial(
         name=spec.name,
         role="fit",
         commanded_hz=spec.commanded_hz,
-        tracks=laid_on_pool(tracks.assign_coords(time=time_s), position_m, head, weight, metres_per_px),
+        tracks=laid_on_pool(tracks.assign_coords(time=time_s), position_m, head, own_weight, metres_per_px),
         frequency=frequency,
         start_frequency=frequency,
         start_velocity=np.zeros(3),
@@ -398,10 +413,12 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         start_velocity=_start_velocity(time_s[known], head.path_m[known], head.heading_rad[known], start_frequency.hz),
         known=known,
         kept=kept,
-        scored=kept & (time_s < time_s[kept][0] + SCORED_S - 1e-9),
         speed=float(forward_speed(time_s, head, kept, trial.frequency.hz)),
     )
-    return _drop_unread(found)
+    last = int(np.flatnonzero(kept)[-1])
+    scored = _may_be_compared(role, time_s, trial.warmup_s, known) & (np.arange(len(time_s)) <= last)
+    scored &= (np.arange(len(time_s)) >= found.aligned) & (time_s < time_s[found.aligned] + SCORED_S - 1e-9)
+    return _drop_unread(replace(found, scored=scored))
 
 
 def _find_known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
@@ -431,9 +448,7 @@ def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray
     They come after the warm-up and a held-out trial's known part, between the first and last frame with a head.
     """
     time_s, warmup_s = trial.time_s, trial.warmup_s
-    kept = time_s >= warmup_s - 1e-9
-    if role != "fit":
-        kept &= ~known
+    kept = _may_be_compared(role, time_s, warmup_s, known)
     seen = np.flatnonzero(kept & trial.head_seen)
     if len(seen):
         kept[: seen[0]], kept[seen[-1] + 1 :] = False, False
@@ -449,6 +464,12 @@ def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray
             "are needed: film it with more frames a second"
         )
     return kept
+
+
+def _may_be_compared(role: str, time_s: np.ndarray, warmup_s: float, known: np.ndarray) -> np.ndarray:
+    """Tell which frames (n,) may be compared: after the warm-up, and after a held-out trial's known part."""
+    after = time_s >= warmup_s - 1e-9
+    return after if role == "fit" else after & ~known
 
 
 def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
@@ -481,7 +502,7 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
             )
     if read.all():
         return trial
-    weight = np.where(frames[:, None] & ~read, 0.0, trial.weight)
+    weight = np.where((frames | trial.scored)[:, None] & ~read, 0.0, trial.own_weight)
     return replace(trial, tracks=trial.tracks.assign(weight=(("time", "keypoint"), weight)))
 
 

@@ -169,8 +169,9 @@ def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
     tail = tail_markers(robot, trial.measured.markers)
     spread = np.unique(np.linspace(0, len(tail) - 1, min(len(tail), _MOST_ROWS)).round().astype(int))
     chosen = [tail[i] for i in spread]  # markers run from the root to the fin
-    lateral = trial.measured.head.shape_m[:, chosen, 1] * MM  # (n, r)
-    twin = trial.simulated.shape_m[:, chosen, 1] * MM
+    seen = trial.measured.head_seen[:, None]
+    lateral = np.where(seen, trial.measured.head.shape_m[:, chosen, 1] * MM, np.nan)  # (n, r)
+    twin = np.where(seen, trial.simulated.shape_m[:, chosen, 1] * MM, np.nan)
     good = trial.measured.weight[:, chosen] > 0
     reach = _reach(np.concatenate([np.where(good, lateral, np.nan), twin]))  # (r,)
     step = 0.95 * float(reach.max())
@@ -313,11 +314,14 @@ def marker_distances(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np
     measured, simulated, scored = trial.measured, trial.simulated, trial.measured.scored
     distance = np.linalg.norm(residuals(measured, simulated, scored), axis=-1)  # (k, m)
     shape = np.linalg.norm(simulated.shape_m[scored] - measured.head.shape_m[scored], axis=-1)
-    good = (measured.weight[scored] > 0) & np.isfinite(distance)
-    count = good.sum(axis=0)
-    known = np.where(count > 0, count, np.nan)
-    means = (np.where(good, values, 0.0).sum(axis=0) / known for values in (distance, shape))
-    return (*means, count / max(scored.sum(), 1))
+    good = (measured.own_weight[scored] > 0) & np.isfinite(distance)
+    with_head = good & (measured.weight[scored] > 0)
+
+    def mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        known = np.where(counts.any(axis=0), counts.sum(axis=0), np.nan)
+        return np.asarray(np.where(counts, values, 0.0).sum(axis=0) / known)
+
+    return mean(distance, good), mean(shape, with_head), good.sum(axis=0) / max(scored.sum(), 1)
 
 
 def _draw(

@@ -45,8 +45,8 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
             displacement bridges them.
         nose: index of the marker on the nose.
         neck: index of the marker on the neck.
-        seen: (n,) frames whose nose and neck may be trusted; the displacement bridges the others as well. Two
-            trajectories that are compared need the same.
+        seen: (n,) frames whose nose and neck may be trusted. In the others the head is bridged: displacement, nose and
+            heading are, and the other markers are told from there. Two trajectories that are compared need the same.
     """
     axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
@@ -56,6 +56,10 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
     heading = _unwrapped(np.where(trusted, np.arctan2(axis[..., 1], axis[..., 0]), np.nan))  # (..., n)
     steps = _turn(np.diff(place, axis=-2), _between(heading))  # (..., n - 1, 2)
     path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+    if seen is not None:
+        whole = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        bridged = _turn(position_m - place[..., None, :], whole[..., None, :])
+        shape = np.where(trusted[..., None, None], shape, bridged)
     return HeadFrame(
         position_m=shape + path[..., None, :],
         shape_m=shape,

@@ -147,8 +147,9 @@ class FitResult(Result):
 
         Returns:
             Dimensions `time` (s), `space` (x, y) and `keypoint`. Variables `measured` and `twin` (time, space,
-            keypoint), m, in the head frame (published normaliser), aligned in the first compared frame; `weight` (time,
-            keypoint), 0 where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
+            keypoint), m, in the head frame (published normaliser), aligned in the first frame that may be compared;
+            `weight` (time, keypoint), 0 where a sample does not count; `compared` and `scored` (time), the frames of
+            the fit and of the marker error.
 
         Raises:
             InputError: no such trial, or the fit was replaced.
@@ -159,7 +160,7 @@ class FitResult(Result):
             raise InputError([Fault("motion", "", "no such trial", repr(trial), "a swim trial", tuple(self.trials))])
         one = self.read_trial(trial)
         measured, places = one.measured, ("time", "space", "keypoint")
-        first = int(np.flatnonzero(measured.kept)[0])
+        first = measured.aligned
         twin = one.simulated.position_m + (measured.head.path_m[first] - one.simulated.path_m[first])
         return xr.Dataset(
             {

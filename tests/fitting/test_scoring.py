@@ -7,6 +7,7 @@ import pytest
 
 from fitting.phase import residuals, score
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
+from tracking.head_frame import to_head_frame
 
 
 def test_where_it_began_and_where_it_headed_do_not_matter() -> None:
@@ -20,12 +21,35 @@ def test_where_it_began_and_where_it_headed_do_not_matter() -> None:
 def test_both_are_aligned_at_the_first_kept_frame() -> None:
     """A twin 1 cm/s faster is d cm ahead d seconds after the first kept frame, whatever came before."""
     kept = np.arange(40) >= 10
-    trial = by_hand(straight_swim(40, 0.1), kept=kept, scored=kept)
+    trial = by_hand(straight_swim(40, 0.1), kept=kept, scored=kept, warmup_s=1.0)
     simulated = head_frame_of(straight_swim(40, 0.11))
 
     distance = np.linalg.norm(residuals(trial, simulated, kept), axis=-1)  # (30, 5)
     np.testing.assert_allclose(distance, np.repeat(0.01 * np.arange(30)[:, None] / 10, 5, axis=1), atol=1e-12)
     assert score(trial, simulated).marker_error_m == pytest.approx(0.0145)
+
+
+@pytest.mark.parametrize(("first", "last"), [(10, 25), (5, 29), (20, 33)], ids=["warm-up", "before", "later"])
+def test_a_nose_unseen_for_a_while_leaves_the_error_of_the_others_as_it_is(first: int, last: int) -> None:
+    """Twin and trial are aligned where they were, and compared in the same frames, the head bridged in both."""
+    position, compared = straight_swim(40, 0.1), np.arange(40) >= 10
+    seen = (np.arange(40) < first) | (np.arange(40) > last)
+    kept = compared & (np.arange(40) >= np.flatnonzero(compared & seen)[0])
+    whole = by_hand(position, kept=kept, scored=compared, warmup_s=1.0)
+    gappy = position.copy()
+    gappy[~seen, 0] = np.nan
+    weight = np.where(np.isfinite(gappy).all(axis=-1), 1.0, 0.0)
+    trial = whole.seen_as(head=to_head_frame(gappy, 0, 1, seen), weight=weight)
+
+    faster = straight_swim(40, 0.11)
+    undisturbed, found = score(whole, head_frame_of(faster)), score(trial, trial.seen_head(faster))
+    assert trial.aligned == whole.aligned == 10
+    assert not trial.weight[~seen].any()
+    others = weight[compared].sum()
+    lost = 0.01 * (np.flatnonzero(~seen & compared) - 10).sum() / 10
+    expected = (undisturbed.marker_error_m * 5 * 30 - lost) / others
+    assert found.marker_error_m == pytest.approx(expected)
+    assert found.used_fraction == pytest.approx(others / (5 * 30))
 
 
 def test_a_slip_and_a_turn_of_the_launch_are_no_error_of_the_twin() -> None:
