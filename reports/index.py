@@ -38,7 +38,7 @@ _ALWAYS = ("session", "folder")
 
 @dataclass(frozen=True, eq=False)
 class IndexEntry:
-    """One session of an index: its page, its fit with effort and verdict, its diagnosis.
+    """One session of an index: its page, its fit with effort, verdict and caveats, its diagnosis.
 
     What it lacks stays empty, with the reason in `error`. The folder tells sessions of one name apart.
     """
@@ -51,6 +51,7 @@ class IndexEntry:
     gap: DiagnosisResult | None = None
     error: str = ""
     folder: Path | None = None
+    caveats: Sequence[str] = ()
 
     @property
     def date(self) -> str:
@@ -147,6 +148,7 @@ def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
         "shrinkage": gap.shrinkage if gap else nan,
         "shrinkage_low": low,
         "shrinkage_high": high,
+        "caveats": len(entry.caveats) if fit else "",
         "flags": " ".join(dict.fromkeys(flag.kind for flag in fit.standing_flags if flag.kind != EBT_RATIO_ONLY))
         if fit
         else "",
@@ -204,6 +206,10 @@ def _diagnosis(row: Mapping[str, Any]) -> _Cell:
     return _cell(f"{in_words(str(row['diagnosis']))}{': ' if effects else ''}{effects}")
 
 
+def _caveats(row: Mapping[str, Any]) -> _Cell:
+    return _cell(str(row["caveats"] or "none"), row["caveats"], in_words(str(row["flags"])))
+
+
 _COLUMNS = (
     _Column("verdict", "", ("verdict",), lambda row: _cell(in_words(row["verdict"]))),
     _Column(
@@ -220,7 +226,7 @@ _COLUMNS = (
     *(_Column(in_words(name), "90 %", (name,), _coefficient(name)) for name in FluidCoefficients._fields),
     _Column("gap", "mm, with effects", ("gap_before_mm",), _gap),
     _Column("diagnosis", "", ("diagnosis",), _diagnosis),
-    _Column("flags", "", ("flags",), lambda row: _cell(in_words(row["flags"]))),
+    _Column("caveats", "and flags", ("caveats", "flags"), _caveats),
 )
 
 
