@@ -141,7 +141,7 @@ class SwimFrequency:
         phase_rad: phase of the first harmonic of the last tail marker that is seen, at time 0 (angle of a cosine).
         amplitude_m: amplitude of that harmonic.
         explained: share of the tail's motion that the harmonics explain, 0 to 1.
-        beats: number of beats in the trial.
+        beats: number of beats from the first to the last frame that shows a tail marker.
         commanded_hz: commanded frequency, None when unknown.
         flags: what is doubtful about it.
         swing_m: amplitude of the first harmonic of the tail marker that swings most.
@@ -164,7 +164,7 @@ def estimate_frequency(
     weight: np.ndarray,
     commanded_hz: float | None = None,
 ) -> SwimFrequency:
-    """Estimate the frequency that all tail markers share.
+    """Estimate the frequency that all tail markers share, between the first and the last frame that show one.
 
     Args:
         time_s: (n,) s.
@@ -181,6 +181,9 @@ def estimate_frequency(
             "fewer than 12 frames with a usable tail marker; a frequency needs at least one beat. "
             "See the flags of its markers, set better start boxes and track it again, or leave the trial out"
         )
+    ends = np.flatnonzero(weight.sum(axis=1) > 0)[[0, -1]]
+    shown = slice(ends[0], ends[1] + 1)
+    time_s, lateral_m, weight = time_s[shown], lateral_m[shown], weight[shown]
     if _range(lateral_m, weight) < STILL_M:
         raise NotEnoughData("the tail does not move: a robot at rest, or a frozen video")
     start = _find_strongest(time_s, lateral_m, weight)

@@ -383,7 +383,20 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in (*moves, *sight, *unread))))
+    found = (*moves, *sight, *unread, *_flag_known(trial))
+    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in found)))
+
+
+def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
+    """Flag a held-out trial whose known part misses a head in some frames, and shows fewer than two beats."""
+    seen, found = trial.head_seen[trial.known], trial.start_frequency
+    if seen.all() or found.beats >= KNOWN_BEATS:
+        return ()
+    message = (
+        f"in the part of the trial that sets its frequency only {found.beats:.1f} beats are seen between frames without "
+        f"nose or neck: {found.hz:.3f} Hz, +/- {1000 * found.se_hz:.0f} mHz, from them is uncertain"
+    )
+    return (Flag("few_beats", ("nose", "neck"), message=message),)
 
 
 def _cut_after(trial: MeasuredTrial) -> int:
@@ -403,7 +416,7 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         found = estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
         return _of_crank(found, trial.turn, trial.motor, time_s[frames])
 
-    known = _find_known(role, trial.commanded_hz, time_s, beat)
+    known = _find_known(role, trial.commanded_hz, time_s, trial.head_seen, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
     kept = _find_kept(role, trial, known)
     found = replace(
@@ -421,22 +434,34 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
     return _drop_unread(replace(found, scored=scored))
 
 
-def _find_known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
+def _find_known(
+    role: str, commanded_hz: float | None, time_s: np.ndarray, head_seen: np.ndarray, beat: Beat
+) -> np.ndarray:
     """Return the frames (n,) that are known: all of a fit trial; the first two beats of a held-out one, at most half.
 
     The length of two beats is not found from later frames either: the known part grows, from a little over one beat of
-    the command, until it holds two beats of its own.
+    the command, until it holds two beats of its own. Frames without nose and neck show no beat: it grows by them too.
     """
     if role == "fit":
         return np.ones(len(time_s), bool)
-    half = time_s[-1] / 2
-    end = min(FIRST_BEATS / commanded_hz, half) if commanded_hz else half
+    half, frame_s = time_s[-1] / 2, float(np.median(np.diff(time_s)))
+
+    def until_seen(needed_s: float) -> float:
+        end = needed_s
+        while end < half:
+            unseen = frame_s * int((~head_seen & (time_s < end + 1e-9)).sum())
+            if needed_s + unseen <= end + 1e-9:
+                return end
+            end = needed_s + unseen
+        return float(half)
+
+    end = until_seen(FIRST_BEATS / commanded_hz) if commanded_hz else half
     while end < half:
         try:
-            needed = KNOWN_BEATS / beat(time_s < end + 1e-9).hz
+            needed = until_seen(KNOWN_BEATS / beat(time_s < end + 1e-9).hz)
         except NotEnoughData:
             needed = 1.25 * end
-        if needed < end + np.median(np.diff(time_s)):
+        if needed < end + frame_s:
             break
         end = min(needed, half)
     return time_s < end + 1e-9

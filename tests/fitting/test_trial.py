@@ -67,6 +67,31 @@ def test_a_held_out_trial_knows_two_beats_and_is_scored_on_the_rest(session: Ses
     np.testing.assert_array_equal(trial.scored, trial.kept)
 
 
+def without(session: Session, marker: str, first_s: float, last_s: float) -> xr.Dataset:
+    """The tracks of the held-out trial, in which a marker is missing for a while."""
+    tracks = tracks_of(session, "new")
+    confidence = tracks.confidence.values.copy()
+    missing = (tracks.time.values >= first_s) & (tracks.time.values <= last_s)
+    confidence[missing, markers_of(tracks).index(marker)] = 0.0
+    return changed(tracks, confidence=confidence)
+
+
+@pytest.mark.parametrize("marker", ["nose", "neck"])
+def test_frames_without_a_head_are_no_known_beats(session: Session, marker: str) -> None:
+    """The known part grows by them; what it shows too little of is flagged, and less than a beat is refused."""
+    whole, gappy = measured(session, "new"), measured(session, "new", without(session, marker, 0.5, 0.8))
+    assert gappy.time_s[gappy.known][-1] == pytest.approx(whole.time_s[whole.known][-1] + 0.32, abs=0.05)
+    assert gappy.start_frequency.hz == pytest.approx(whole.start_frequency.hz, rel=5e-3)
+    assert gappy.time_s[gappy.aligned] == pytest.approx(gappy.time_s[gappy.known][-1] + 1 / 60)
+
+    little = measured(session, "new", without(session, marker, 1.4, 2.6))
+    assert little.start_frequency.beats == pytest.approx(1.4, abs=0.05)
+    assert [flag for flag in little.flags if flag.kind == "few_beats" and "only 1.4 beats" in flag.message]
+    assert not [flag for flag in gappy.flags if flag.kind == "few_beats"]
+    with pytest.raises(NotEnoughData, match="held-out trial that may be looked at"):
+        measured(session, "new", without(session, marker, 0.6, 2.6))
+
+
 @pytest.mark.parametrize("seconds", [5.0, 3.0])
 def test_nothing_held_out_is_taken_from_the_frames_it_is_scored_on(
     session: Session, swims: Swims, truth: Truth, seconds: float
