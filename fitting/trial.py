@@ -393,8 +393,8 @@ def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
     if seen.all() or found.beats >= KNOWN_BEATS:
         return ()
     message = (
-        f"in the part of the trial that sets its frequency only {found.beats:.1f} beats are seen between frames without "
-        f"nose or neck: {found.hz:.3f} Hz, +/- {1000 * found.se_hz:.0f} mHz, from them is uncertain"
+        f"before it is scored only {found.beats:.1f} beats are seen between frames without nose or neck: {found.hz:.3f} "
+        f"Hz, +/- {1000 * found.se_hz:.0f} mHz, from them is uncertain"
     )
     return (Flag("few_beats", ("nose", "neck"), message=message),)
 
