@@ -393,7 +393,7 @@ def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
     if seen.all() or found.beats >= KNOWN_BEATS:
         return ()
     message = (
-        f"before it is scored only {found.beats:.1f} beats are seen between frames without nose or neck: {found.hz:.3f} "
+        f"before the scored part only {found.beats:.1f} beats show nose and neck: {found.hz:.3f} "
         f"Hz, +/- {1000 * found.se_hz:.0f} mHz, from them is uncertain"
     )
     return (Flag("few_beats", ("nose", "neck"), message=message),)
