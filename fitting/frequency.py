@@ -8,6 +8,7 @@ finds the longest stretch in which the beat lasts.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.special import softmax
@@ -36,6 +37,9 @@ _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 _HOP = 0.25  # part of a beat between windows of one beat
 _BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
 _USUAL = 80.0  # percentile of the windows that counts as usual
+_LEAST_REST = 0.2  # least part of a beat without motion at either end that is a rest
+_STILL = 0.12  # share of its usual speed below which the tail does not move; a sine is as slow for 8 % of its beat
+_SHORT = 0.08  # part of a beat, to either side, over which a speed is taken
 _LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
 FEW_BEATS = 4.0  # fewer may hide a rest, and lasting noise looks like so many
 CLEAR = 0.97  # share of its motion that the beat of a swim explains; lasting noise explains up to 0.87 by three beats
@@ -196,7 +200,9 @@ def estimate_frequency(
     coefficients = weighted_fit(columns, lateral_m, weight)
     beats = hz * float(np.ptp(time_s))
     if beats < 1.0:
-        raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
+        raise NotEnoughData(
+            f"usable frames of {np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed"
+        )
     seen = weight > 0
     cos, sin = coefficients[2:4, np.flatnonzero(seen.any(axis=0))[-1]]
     values = np.nan_to_num(lateral_m)
@@ -343,7 +349,7 @@ def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
     """Return the frames of the longest stretch in which the tail beats throughout.
 
     Each marker's amplitude in windows of one beat is compared with what it usually is. A window that does not show the
-    tail says nothing.
+    tail says nothing. At either end even a rest of a fifth of a beat is left out, in which the tail does not move.
 
     Args:
         time_s: (n,) s.
@@ -352,8 +358,39 @@ def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
         hz: beats a second.
 
     Returns:
-        All frames where the tail beats from the first to the last, or in a trial of fewer than three beats.
+        All frames where the tail beats from the first to the last.
     """
+    beats = _beating_windows(time_s, lateral_m, weight, hz)
+    still = _is_still(time_s[beats], lateral_m[beats], weight[beats], hz)
+    moving = np.flatnonzero(~still)
+    if not len(moving):
+        return beats
+    rests = (moving[0], len(still) - 1 - moving[-1])
+    frames = _LEAST_REST / hz / float(np.median(np.diff(time_s)))
+    before, after = (rest if rest >= frames else 0 for rest in rests)
+    return slice(beats.start + int(before), beats.stop - int(after))
+
+
+def _is_still(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> np.ndarray:
+    """Tell in which frames (n,) the tail does not move; where none of it is seen, as in the frame before."""
+    reach = max(round(_SHORT / hz / float(np.median(np.diff(time_s)))), 1)
+    if len(time_s) <= 2 * reach:
+        return np.zeros(len(time_s), bool)
+    seen = np.where((weight > 0) & np.isfinite(lateral_m), lateral_m, np.nan)
+    moved = (seen[2 * reach :] - seen[: -2 * reach]) / (time_s[2 * reach :] - time_s[: -2 * reach])[:, None]
+    squares = np.where(np.isfinite(moved), moved**2, 0.0)
+    counts = np.isfinite(moved).sum(axis=0)
+    usual = squares.sum(axis=0) / np.maximum(counts, 1)  # (k,)
+    known = np.isfinite(moved)
+    expected = np.where(known, usual, 0.0).sum(axis=1)
+    share = np.where(expected > 0, squares.sum(axis=1) / np.where(expected > 0, expected, 1.0), np.nan)
+    slow = pd.Series(np.where(np.isfinite(share), share < _STILL**2, np.nan)).ffill().bfill()
+    mostly = slow.rolling(2 * reach + 1, center=True, min_periods=1).mean().to_numpy() > 0.5
+    return np.pad(mostly, reach, mode="edge")
+
+
+def _beating_windows(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:
+    """Return the frames of the longest run of windows in which the tail beats; all in a trial of few beats."""
     whole, period_s = slice(0, len(time_s)), 1 / hz
     if np.ptp(time_s) < _JUDGED * period_s:
         return whole

@@ -115,6 +115,25 @@ def test_rest_is_left_out(role: str, before_s: float, after_s: float) -> None:
     assert trial.first_frame >= (before_s > 0) * (before_s - 0.6) * FPS
 
 
+@settings(deadline=None, max_examples=8)
+@given(
+    hz=st.floats(0.4, 2.0),
+    beats=st.floats(0.3, 1.2),
+    first=st.booleans(),
+    role=st.sampled_from(["fit", "holdout"]),
+    seed=st.integers(0, 1000),
+)
+def test_a_rest_of_less_than_a_beat_does_not_slow_the_fish(
+    hz: float, beats: float, first: bool, role: str, seed: int
+) -> None:
+    _, swum = swim(seconds=6.0 / hz + 1.0, hz=hz, seed=seed)
+    noise = np.random.default_rng(seed).normal(0.0, 0.3, (round(beats / hz * FPS), *swum.shape[1:]))
+    position_px = np.concatenate([swum[:1] + noise, swum] if first else [swum, swum[-1:] + noise])
+    trial = measured(np.arange(len(position_px)) / FPS, position_px, role)
+    assert trial.speed == pytest.approx(0.1, rel=0.03)
+    assert trial.frequency.hz == pytest.approx(hz, rel=0.01)
+
+
 @settings(deadline=None, max_examples=5)
 @given(
     seed=st.integers(0, 10_000),
