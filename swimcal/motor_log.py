@@ -36,6 +36,9 @@ _OFF_TURNS = 0.1
 _ONE_TURN = 1.01
 # Share of steps beyond half a turn: above it, the shaft itself makes them between two readings.
 _SPARSE_SHARE = 0.3
+# Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
+_SELDOM = 5.0
+_PER_SECOND = (1e3, 1e6, 1e9)
 # Readings count as missing where two are further apart than this many times the usual spacing.
 _GAP = 3.0
 
@@ -180,13 +183,23 @@ def load_motor(path: Path) -> MotorLog:
 def _check_units(
     time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, named: tuple[str, str], faults: FaultCollector
 ) -> None:
-    """Add a fault where position and velocity differ by the ratio of two units: one is not in the unit of its name."""
+    """Add a fault where position and velocity differ by the ratio of two units: one is not in the unit of its name.
+
+    Times in another unit than seconds make them differ too; without velocities they show in readings far apart.
+    """
+    spacing = float(np.median(np.diff(time_s)))
     speed, moved = np.abs(velocity[1:]), np.abs(np.diff(position)) / np.diff(time_s)
     known = np.isfinite(speed) & np.isfinite(moved)
     if not known.any() or not (fast := float(np.percentile(speed[known], 90))):
+        if spacing > _SELDOM:
+            _add_other_time(faults, f"a reading every {spacing:.3g} s")
         return
     moving = known & (speed > fast / 2)
     ratio = float(np.median(moved[moving]) / np.median(speed[moving]))
+    if any(abs(ratio * factor - 1) < _SAME for factor in _PER_SECOND):
+        found = f"a position that moves {ratio:.3g} times as fast as the velocity says, a reading every {spacing:.3g} s"
+        _add_other_time(faults, found)
+        return
     other_positions = {name: POSITIONS[named[0]] / unit for name, unit in POSITIONS.items() if name != named[0]}
     other_velocities = {name: unit / VELOCITIES[named[1]] for name, unit in VELOCITIES.items() if name != named[1]}
     fits = [name for name, factor in (other_positions | other_velocities).items() if abs(ratio / factor - 1) < _SAME]
@@ -198,6 +211,16 @@ def _check_units(
             expected="each column named by the unit that it is in",
             next_step=f"If it is in that unit, name a column {' or '.join(fits)}.",
         )
+
+
+def _add_other_time(faults: FaultCollector, found: str) -> None:
+    faults.add(
+        "",
+        "time_s is not in seconds",
+        found=found,
+        expected="seconds, in the motor log and in its commands",
+        next_step="Divide times in milliseconds by 1000.",
+    )
 
 
 class ShaftPosition(NamedTuple):

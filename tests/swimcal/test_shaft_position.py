@@ -157,6 +157,14 @@ def test_a_position_in_another_unit_than_its_name_says_is_refused(
         read(tmp_path, of_turn * turns)
 
 
+@pytest.mark.parametrize("per_s", [1e3, 1e6, 1e9])
+@pytest.mark.parametrize("with_velocity", [True, False])
+def test_times_in_another_unit_than_seconds_are_refused(tmp_path: Path, per_s: float, with_velocity: bool) -> None:
+    velocity = TURN * SPEED if with_velocity else np.full(len(TURNS), np.nan)
+    with pytest.raises(InputError, match=r"time_s is not in seconds.*Divide times in milliseconds by 1000"):
+        read(tmp_path, TURN * TURNS, velocity=velocity, time_s=per_s * TIME_S)
+
+
 @pytest.mark.parametrize(
     ("name", "choice"),
     [("position", "position_deg"), ("position_mm", "position_ticks"), ("position_degrees", "position_deg")],
