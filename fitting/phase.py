@@ -195,10 +195,9 @@ def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) ->
     """
     simulated_frames = frames[: simulated.shape_m.shape[-3]]
     first = trial.aligned
-    measured_path = trial.head.path_m[frames] - trial.head.path_m[first]
-    simulated_path = simulated.path_m[..., simulated_frames, :] - simulated.path_m[..., first : first + 1, :]
-    shape = simulated.shape_m[..., simulated_frames, :, :] - trial.head.shape_m[frames]
-    return shape + (simulated_path - measured_path)[..., None, :]
+    measured = trial.head.position_m[frames] - trial.head.path_m[first]
+    moved = simulated.position_m[..., simulated_frames, :, :] - simulated.path_m[..., first : first + 1, None, :]
+    return np.asarray(moved - measured)
 
 
 def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:

@@ -45,10 +45,15 @@ class Swims:
     def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
         """Simulate head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
 
-        All trials run in one batch, each until the last of its k frames that is scored.
+        All trials run in one batch, each until the last of its k frames that is scored, or to the next with a head,
+        from which a gap before it is bridged.
         """
         coefficients, count = parameters[:5].T, parameters.shape[1]
-        frames = [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
+        frames = []
+        for t in self.trials:
+            last = int(np.flatnonzero(t.scored)[-1])
+            later = last + np.flatnonzero(t.head_seen[last:])
+            frames.append(int(later[0] if len(later) else last) + 1)
         runs = [
             Runs(
                 coefficients=coefficients,

@@ -48,7 +48,7 @@ from swimcal.runs import CrankTurn
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import by_marker, markers_of
-from tracking.head_frame import HeadFrame
+from tracking.head_frame import HeadFrame, bridge_head
 
 Beat = Callable[[np.ndarray], SwimFrequency]
 """Function that returns the frequency of some frames (n,)."""
@@ -61,6 +61,7 @@ _DEGREES = (3, 2)  # degrees of the smooth path and heading
 _OF_SHORT = (1, 1)  # the same in a short window
 _SHORT_BEATS = 1.5  # beats below which a window is short
 _WELL_SEEN = 0.9  # share of the compared frames from which on it is not the markers that are lacking
+_BRIDGED = 0.25  # least share of the scored frames with nose and neck, so that what is between is bridged
 _LEAST_FRAMES = 29  # least compared frames: twice what a path, its harmonics and noise need, and one
 _FRAMES_A_BEAT = 2 * HARMONICS + 1  # least frames of a beat
 SCORED_S = 4.0  # time of each trial after warm-up over which the published distance is taken
@@ -79,7 +80,8 @@ class MeasuredTrial:
 
     Attributes:
         tracks: n frames of m markers, time from the first frame, as `swimcal.tracks` has them and with the variables
-            ``weight`` (time, keypoint), 0 where a sample is flagged or missing;
+            ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
+            ``own_weight`` (time, keypoint), the same whatever its frame's head;
             ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
             published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,
             space), m, the nose's displacement, ``heading`` (time), rad, nan where nose or neck is not trusted, and
@@ -147,8 +149,9 @@ class MeasuredTrial:
     def head(self) -> HeadFrame:
         """Markers in the head frame."""
         shape_m, path_m = by_marker(self.tracks.position_head), self.tracks.path.values
-        nose_m = self.tracks.nose.values
-        return HeadFrame(shape_m + path_m[:, None], shape_m, path_m, self.tracks.heading.values, nose_m)
+        nose_m, heading_rad = self.tracks.nose.values, self.tracks.heading.values
+        moved_m = bridge_head(shape_m + path_m[:, None], self.position_m, nose_m, heading_rad, path_m)
+        return HeadFrame(moved_m, shape_m, path_m, heading_rad, nose_m)
 
     @cached_property
     def head_seen(self) -> np.ndarray:
@@ -167,22 +170,24 @@ class MeasuredTrial:
     @cached_property
     def own_weight(self) -> np.ndarray:
         """Weight of each sample, (n, m), whether or not nose and neck are trusted in its frame."""
-        return np.asarray(self.tracks.weight.values)
+        return np.asarray(self.tracks.own_weight.values)
 
     @cached_property
     def weight(self) -> np.ndarray:
         """Weight of each sample, (n, m); 0 where it does not count, or nose and neck are not trusted."""
-        return np.asarray(self.own_weight * self.head_seen[:, None])
+        return np.asarray(self.tracks.weight.values)
 
     @property
     def aligned(self) -> int:
         """Index of the frame in which twin and trial are laid on one another for the marker error.
 
         It is the first that may be compared. If nose or neck is missing there, both are bridged alike from frames
-        before and after; without a frame before, it is the first that is kept.
+        before and after; without a frame before, or with few in the time that is scored, it is the first that is kept.
         """
         first = int(np.flatnonzero(_may_be_compared(self.role, self.time_s, self.warmup_s, self.known))[0])
-        return first if self.head_seen[: first + 1].any() else int(np.flatnonzero(self.kept)[0])
+        scored = (self.time_s >= self.time_s[first]) & (self.time_s < self.time_s[first] + SCORED_S)
+        bridges = self.head_seen[: first + 1].any() and self.head_seen[scored].mean() >= _BRIDGED
+        return first if bridges else int(np.flatnonzero(self.kept)[0])
 
     @property
     def hindmost(self) -> int:
@@ -280,6 +285,7 @@ def measure_trial(
             f"too short: it lasts {lasts_s:.3g} s, and its warm-up of {warmup_s:g} s is compared with nothing. Record "
             "longer, or shorten [fit] warmup_s"
         )
+    cut = False
     rests: tuple[Flag, ...] = ()
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
     reach = reach_along_tail(robot, [markers_of(tracks)[marker] for marker in tail])
@@ -293,11 +299,12 @@ def measure_trial(
     used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
     if used != slice(0, len(recorded_s)):
         check_lasting(recorded_s, used, beat)
+        cut = True
         rests, tracks = rest_flags(recorded_s, used), tracks.isel(time=used)
         position_m, weight, trusted, own_weight = position_m[used], weight[used], trusted[used], own_weight[used]
         head = head_frame(markers_of(tracks), position_m, trusted)
     time_s = tracks.time.values - tracks.time.values[0]
-    if rests:
+    if cut:
         beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
     check_beat(beat, robot, reach)
     motor = None if motor is None else motor.against(beat, tracks.time.values)
@@ -338,13 +345,14 @@ def laid_on_pool(
         tracks: n frames of m markers.
         position_m: (n, m, 2) on the pool, m.
         head: the head frame.
-        weight: (n, m) weights.
+        weight: (n, m) weights, whatever the head of their frame.
         metres_per_px: scale of the picture.
     """
     metres, places = {"units": "m"}, ("time", "space", "keypoint")
     on_pool, in_head = "position on the pool", "position in the frame of the head"
     variables = {
-        "weight": (("time", "keypoint"), weight),
+        "weight": (("time", "keypoint"), weight * np.isfinite(head.heading_rad)[:, None]),
+        "own_weight": (("time", "keypoint"), weight),
         "position_pool": (places, np.swapaxes(position_m, 1, 2), metres | {"long_name": on_pool}),
         "position_head": (places, np.swapaxes(head.shape_m, 1, 2), metres | {"long_name": in_head}),
         "path": (("time", "space"), head.path_m, metres),
@@ -389,14 +397,20 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
 
 def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
     """Flag a held-out trial whose known part misses a head in some frames, and shows fewer than two beats."""
-    seen, found = trial.head_seen[trial.known], trial.start_frequency
-    if seen.all() or found.beats >= KNOWN_BEATS:
+    found = trial.start_frequency
+    beats = _beats_seen(trial, trial.known)
+    if trial.head_seen[trial.known].all() or beats >= KNOWN_BEATS - 0.05:
         return ()
     message = (
-        f"before the scored part only {found.beats:.1f} beats show nose and neck: {found.hz:.3f} "
-        f"Hz, +/- {1000 * found.se_hz:.0f} mHz, from them is uncertain"
+        f"before the scored part only {beats:.1f} beats show nose and neck: {found.hz:.3f} Hz from them is uncertain"
     )
-    return (Flag("few_beats", ("nose", "neck"), message=message),)
+    return (Flag("few_beats", message=message),)
+
+
+def _beats_seen(trial: MeasuredTrial, frames: np.ndarray) -> float:
+    """Return how many beats of the known frequency these frames (n,) show with nose and neck."""
+    frame_s = float(np.median(np.diff(trial.time_s)))
+    return float(trial.start_frequency.hz * frame_s * (trial.head_seen & frames).sum())
 
 
 def _cut_after(trial: MeasuredTrial) -> int:
@@ -429,9 +443,25 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         speed=float(forward_speed(time_s, head, kept, trial.frequency.hz)),
     )
     last = int(np.flatnonzero(kept)[-1])
+    _check_start(found)
     scored = _may_be_compared(role, time_s, trial.warmup_s, known) & (np.arange(len(time_s)) <= last)
     scored &= (np.arange(len(time_s)) >= found.aligned) & (time_s < time_s[found.aligned] + SCORED_S - 1e-9)
     return _drop_unread(replace(found, scored=scored))
+
+
+def _check_start(trial: MeasuredTrial) -> None:
+    """Check that a held-out trial shows its head for a beat where its start and its phase are read.
+
+    Raises:
+        NotEnoughData: it does not.
+    """
+    first = trial.known & (trial.time_s <= KNOWN_BEATS / trial.start_frequency.hz + 1e-9)
+    beats = _beats_seen(trial, first)
+    if trial.role != "fit" and not trial.head_seen[first].all() and beats < 1.0:
+        raise NotEnoughData(
+            f"trial {trial.name}: the part of a held-out trial that may be looked at begins with {beats:.1f} beats "
+            "that show nose and neck; at least one is needed. See the flags of these markers"
+        )
 
 
 def _find_known(
@@ -528,7 +558,7 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
     if read.all():
         return trial
     weight = np.where((frames | trial.scored)[:, None] & ~read, 0.0, trial.own_weight)
-    return replace(trial, tracks=trial.tracks.assign(weight=(("time", "keypoint"), weight)))
+    return trial.seen_as(weight=weight)
 
 
 def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
@@ -548,7 +578,8 @@ def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndar
     It follows from a drift and two harmonics over the first two beats, at most.
     """
     first = time_s <= KNOWN_BEATS / hz + 1e-9
-    series = np.column_stack([path_m, heading_rad])[first]  # (k, 3)
+    seen = np.isfinite(heading_rad)[:, None]
+    series = np.column_stack([np.where(seen, path_m, np.nan), heading_rad])[first]  # (k, 3)
     columns = design(time_s[first], hz, harmonics=2)
     c = weighted_fit(columns, series, np.isfinite(series).astype(float))
     angular = 2 * np.pi * hz

@@ -137,11 +137,13 @@ def check_lasting(time_s: np.ndarray, used: slice, beat: SwimFrequency) -> None:
         used: frames of the stretch.
         beat: the beat.
 
+    A trial of hardly more beats is judged as it is: a rest at its end is short.
+
     Raises:
         NotEnoughData: it does not: a robot at rest has a strongest frequency too.
     """
     lasts_s, whole_s = float(time_s[used.stop - 1] - time_s[used.start]), float(np.ptp(time_s))
-    if lasts_s * beat.hz < _LEAST_BEATS:
+    if lasts_s * beat.hz < _LEAST_BEATS and whole_s * beat.hz >= _LEAST_BEATS + 1.0:
         raise NotEnoughData(
             f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail beats for {lasts_s:.1f} of "
             f"{whole_s:.1f} s; at least {_LEAST_BEATS:g} beats in a row are expected. Did the robot swim?"

@@ -169,9 +169,8 @@ def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
     tail = tail_markers(robot, trial.measured.markers)
     spread = np.unique(np.linspace(0, len(tail) - 1, min(len(tail), _MOST_ROWS)).round().astype(int))
     chosen = [tail[i] for i in spread]  # markers run from the root to the fin
-    seen = trial.measured.head_seen[:, None]
-    lateral = np.where(seen, trial.measured.head.shape_m[:, chosen, 1] * MM, np.nan)  # (n, r)
-    twin = np.where(seen, trial.simulated.shape_m[:, chosen, 1] * MM, np.nan)
+    lateral = trial.measured.head.shape_m[:, chosen, 1] * MM  # (n, r)
+    twin = trial.simulated.shape_m[:, chosen, 1] * MM
     good = trial.measured.weight[:, chosen] > 0
     reach = _reach(np.concatenate([np.where(good, lateral, np.nan), twin]))  # (r,)
     step = 0.95 * float(reach.max())

@@ -38,6 +38,7 @@ _ONE_TURN = 1.01
 _SPARSE_SHARE = 0.3
 # Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
 _SELDOM = 5.0
+_SLOW = 0.5  # readings may be so far apart, but hardly ever are
 _PER_SECOND = (1e3, 1e6, 1e9)
 # Readings count as missing where two are further apart than this many times the usual spacing.
 _GAP = 3.0
@@ -185,18 +186,20 @@ def _check_units(
 ) -> None:
     """Add a fault where position and velocity differ by the ratio of two units: one is not in the unit of its name.
 
-    Times in another unit than seconds make them differ too; without velocities they show in readings far apart.
+    Times in another unit than seconds make them differ too, and readings lie far apart.
     """
     spacing = float(np.median(np.diff(time_s)))
+    if spacing > _SELDOM:
+        _add_other_time(faults, f"a reading every {spacing:.3g} s")
+        return
     speed, moved = np.abs(velocity[1:]), np.abs(np.diff(position)) / np.diff(time_s)
     known = np.isfinite(speed) & np.isfinite(moved)
     if not known.any() or not (fast := float(np.percentile(speed[known], 90))):
-        if spacing > _SELDOM:
-            _add_other_time(faults, f"a reading every {spacing:.3g} s")
         return
     moving = known & (speed > fast / 2)
     ratio = float(np.median(moved[moving]) / np.median(speed[moving]))
-    if any(abs(ratio * factor - 1) < _SAME for factor in _PER_SECOND):
+    milliseconds = spacing > _SLOW and 1 / 3 < 1e3 * ratio < 3  # a gear, or a rough velocity
+    if milliseconds or any(abs(ratio * factor - 1) < _SAME for factor in _PER_SECOND):
         found = f"a position that moves {ratio:.3g} times as fast as the velocity says, a reading every {spacing:.3g} s"
         _add_other_time(faults, found)
         return

@@ -46,7 +46,8 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
         nose: index of the marker on the nose.
         neck: index of the marker on the neck.
         seen: (n,) frames whose nose and neck may be trusted. In the others the head is bridged: displacement, nose and
-            heading are, and the other markers are told from there. Two trajectories that are compared need the same.
+            heading are, and `position_m` tells the other markers from there. Two trajectories that are compared need
+            the same.
     """
     axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
@@ -56,17 +57,36 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
     heading = _unwrapped(np.where(trusted, np.arctan2(axis[..., 1], axis[..., 0]), np.nan))  # (..., n)
     steps = _turn(np.diff(place, axis=-2), _between(heading))  # (..., n - 1, 2)
     path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
-    if seen is not None:
-        whole = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-        bridged = _turn(position_m - place[..., None, :], whole[..., None, :])
-        shape = np.where(trusted[..., None, None], shape, bridged)
+    told = np.where(trusted, heading, np.nan)
+    moved = shape + path[..., None, :]
     return HeadFrame(
-        position_m=shape + path[..., None, :],
+        position_m=moved if seen is None else bridge_head(moved, position_m, place, told, path),
         shape_m=shape,
         path_m=path,
-        heading_rad=np.where(trusted, heading, np.nan),
+        heading_rad=told,
         nose_m=place,
     )
+
+
+def bridge_head(
+    moved_m: np.ndarray, position_m: np.ndarray, nose_m: np.ndarray, heading_rad: np.ndarray, path_m: np.ndarray
+) -> np.ndarray:
+    """Return markers (..., n, m, 2) in the head frame, in frames without a heading from the bridged head.
+
+    Args:
+        moved_m: (..., n, m, 2) markers in the head frame, where it is seen.
+        position_m: (..., n, m, 2) markers in the pool.
+        nose_m: (..., n, 2) the bridged nose in the pool.
+        heading_rad: (..., n) headings; nan where nose or neck is not trusted.
+        path_m: (..., n, 2) the bridged displacement.
+    """
+    known = np.isfinite(heading_rad)
+    if known.all():
+        return moved_m
+    heading = _unwrapped(heading_rad)
+    axis = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    bridged = _turn(position_m - nose_m[..., None, :], axis[..., None, :]) + path_m[..., None, :]
+    return np.where(known[..., None, None], moved_m, bridged)
 
 
 def select_head(heads: HeadFrame, index: int) -> HeadFrame:

@@ -85,11 +85,16 @@ def test_frames_without_a_head_are_no_known_beats(session: Session, marker: str)
     assert gappy.time_s[gappy.aligned] == pytest.approx(gappy.time_s[gappy.known][-1] + 1 / 60)
 
     little = measured(session, "new", without(session, marker, 1.4, 2.6))
-    assert little.start_frequency.beats == pytest.approx(1.4, abs=0.05)
-    assert [flag for flag in little.flags if flag.kind == "few_beats" and "only 1.4 beats" in flag.message]
+    assert [flag for flag in little.flags if "only 1.4 beats" in flag.message and not flag.markers]
+    between = measured(session, "new", without(session, marker, 1.1, 2.1))
+    assert [flag for flag in between.flags if "only 1.5 beats" in flag.message and not flag.markers]
     assert not [flag for flag in gappy.flags if flag.kind == "few_beats"]
+
+
+@pytest.mark.parametrize(("first_s", "last_s"), [(0.6, 2.6), (0.3, 2.2), (0.0, 1.9), (0.2, 1.5)])
+def test_a_known_part_that_shows_less_than_a_beat_is_refused(session: Session, first_s: float, last_s: float) -> None:
     with pytest.raises(NotEnoughData, match="held-out trial that may be looked at"):
-        measured(session, "new", without(session, marker, 0.6, 2.6))
+        measured(session, "new", without(session, "neck", first_s, last_s))
 
 
 @pytest.mark.parametrize("seconds", [5.0, 3.0])
