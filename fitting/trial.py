@@ -71,8 +71,9 @@ SCORED_S = 4.0  # time of each trial after warm-up over which the published dist
 class MeasuredTrial:
     """One swim as measured.
 
-    What is not seen takes no part. A frame counts where nose and neck are trusted, and the compared frames end with the
-    last such frame. A marker that these show too rarely, or at too few phases of the beat, has no weight in them.
+    What is not seen takes no part. A frame counts where nose and neck are trusted (the marker error bridges them), and
+    the compared frames end with the last such frame. A marker that these show too rarely, or at too few phases of the
+    beat, has no weight in them.
 
     With a motor log whose clock is known only the frames of the steady drive are here, and the crank makes its measured
     turn, unless the tail beats otherwise: then it is another trial's log. The turn is an input, like a command: in a

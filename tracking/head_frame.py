@@ -16,7 +16,8 @@ class HeadFrame:
     """Markers in the head frame.
 
     Attributes:
-        position_m: (..., n, m, 2) the published trajectory: shape plus accumulated displacement, m.
+        position_m: (..., n, m, 2) the published trajectory: shape plus accumulated displacement, m; where frames are
+            said to be seen or not, told from the bridged head in the others.
         shape_m: (..., n, m, 2) relative to the nose in every frame, m.
         path_m: (..., n, 2) accumulated displacement of the head along its own axes, 0 in the first frame, m.
         heading_rad: (..., n) angle of nose -> neck in the pool, unwrapped, counter-clockwise seen from above; nan in
