@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitting.phase import score, swim
+from fitting.pool import head_frame
 from fitting.published import Swims
+from tracking.head_frame import select_head
 
 POINT = np.array([0.5, 3.0, 5.0, 4.0, 1.0, 1.1, 4.1])
 
@@ -34,3 +37,18 @@ def test_flagged_samples_do_not_enter(swims: Swims) -> None:
 
     flagged = Swims(swims.twin, (slow.seen_as(weight=weight),)).mean_distance(column)
     assert Swims(swims.twin, (broken,)).mean_distance(column) == pytest.approx(flagged)
+
+
+def test_a_gap_over_the_end_of_what_is_scored_is_bridged_as_the_score_bridges_it(swims: Swims) -> None:
+    """The simulation goes on until the head is seen again."""
+    slow = swims.trials[0]
+    last = int(np.flatnonzero(slow.scored)[-1]) - 10
+    scored = slow.scored & (np.arange(len(slow.time_s)) <= last)
+    seen = np.abs(np.arange(len(slow.time_s)) - last) > 7
+    gappy = replace(slow, scored=scored).seen_as(head=head_frame(slow.markers, slow.position_m, seen))
+    column = POINT[:6, None]
+    twin = Swims(swims.twin, (gappy,))
+    assert twin.simulate(column)[0].shape_m.shape[1] == last + 9
+
+    whole = swim(swims.twin, gappy, column[:5].T, column[5], gappy.frequency.hz)
+    assert twin.mean_distance(column) == pytest.approx(score(gappy, select_head(whole, 0)).marker_error_m, rel=1e-9)

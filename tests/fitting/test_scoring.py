@@ -52,6 +52,21 @@ def test_a_nose_unseen_for_a_while_leaves_the_error_of_the_others_as_it_is(first
     assert found.used_fraction == pytest.approx(others / (5 * 30))
 
 
+def test_a_turning_and_bending_fish_is_bridged_as_its_twin_is() -> None:
+    time_s = np.arange(40) / 10
+    bend = np.array([0.0, 0.0, 0.01, 0.02, 0.05]) * np.sin(6 * time_s)[:, None]
+    body = straight_swim(40)[..., 0] + 1j * (straight_swim(40)[..., 1] + bend)
+    laid = body * np.exp(1j * (0.2 * time_s + 0.1 * np.sin(6 * time_s)))[:, None]
+    position = np.stack([laid.real, laid.imag], axis=-1)
+    seen = np.abs(np.arange(40) - 20) > 6
+    whole = by_hand(position)
+    trial = whole.seen_as(head=to_head_frame(position, 0, 1, seen))
+    same, other = trial.seen_head(position), trial.seen_head(1.1 * position)
+    assert score(trial, same) == pytest.approx((0.0, 0.0, 0.0, 0.0, 1.0), abs=1e-12)
+    shape = np.linalg.norm(0.1 * trial.head.shape_m[seen], axis=-1).mean()
+    assert score(trial, other).shape_error_m == pytest.approx(shape)
+
+
 def test_a_slip_and_a_turn_of_the_launch_are_no_error_of_the_twin() -> None:
     """But a twin that is too fast, or bends otherwise, has one."""
     position, since_s = straight_swim(40), np.arange(40)[:, None] / 10
