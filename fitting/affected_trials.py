@@ -11,9 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from fitting.measure_trial import measure_trial
 from fitting.ring import Ring, ring_changes
 from fitting.session_model import SessionModel
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from fitting.trial_model import TrialModel
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.effect import Effect, View

@@ -43,7 +43,7 @@ _SHORT = 0.08  # part of a beat, to either side, over which a speed is taken
 _LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
 FEW_BEATS = 4.0  # fewer may hide a rest, and lasting noise looks like so many
 CLEAR = 0.97  # share of its motion that the beat of a swim explains; lasting noise explains up to 0.87 by three beats
-_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
+JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
 def standard_error(
@@ -378,13 +378,12 @@ def _is_still(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz:
         return np.zeros(len(time_s), bool)
     seen = np.where((weight > 0) & np.isfinite(lateral_m), lateral_m, np.nan)
     moved = (seen[2 * reach :] - seen[: -2 * reach]) / (time_s[2 * reach :] - time_s[: -2 * reach])[:, None]
-    squares = np.where(np.isfinite(moved), moved**2, 0.0)
-    counts = np.isfinite(moved).sum(axis=0)
-    usual = squares.sum(axis=0) / np.maximum(counts, 1)  # (k,)
     known = np.isfinite(moved)
-    expected = np.where(known, usual, 0.0).sum(axis=1)
-    share = np.where(expected > 0, squares.sum(axis=1) / np.where(expected > 0, expected, 1.0), np.nan)
-    slow = pd.Series(np.where(np.isfinite(share), share < _STILL**2, np.nan)).ffill().bfill()
+    squares = np.where(known, moved**2, 0.0)
+    usual = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)  # (k,)
+    expected = known @ usual
+    still = squares.sum(axis=1) < _STILL**2 * expected
+    slow = pd.Series(np.where(expected > 0, still, np.nan)).ffill().bfill()
     mostly = slow.rolling(2 * reach + 1, center=True, min_periods=1).mean().to_numpy() > 0.5
     return np.pad(mostly, reach, mode="edge")
 
@@ -392,7 +391,7 @@ def _is_still(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz:
 def _beating_windows(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:
     """Return the frames of the longest run of windows in which the tail beats; all in a trial of few beats."""
     whole, period_s = slice(0, len(time_s)), 1 / hz
-    if np.ptp(time_s) < _JUDGED * period_s:
+    if np.ptp(time_s) < JUDGED * period_s:
         return whole
     middles_s = np.arange(time_s[0] + period_s / 2, time_s[-1] - period_s / 2 + 1e-9, _HOP * period_s)
     amplitude = np.array([_amplitude(time_s, lateral_m, weight, hz, middle_s) for middle_s in middles_s])  # (w, k)

@@ -1,9 +1,8 @@
 """A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames.
 
-`measure_trial` checks, scales and normalises the tracks, and finds frequency, start and speed. The role of a
-`MeasuredTrial` decides what may be known of it and what is scored: all of a fit trial, after its warm-up; of a held-out
-trial only what follows its first two beats. `ExperimentsInAir` holds the dry runs of a session, measured as swims are,
-and its free decays.
+The role of a `MeasuredTrial`, which `fitting.measure_trial` makes, decides what may be known of it and what is scored
+(`in_role`): all of a fit trial, after its warm-up; of a held-out trial only what follows its first two beats.
+`ExperimentsInAir` holds the dry runs of a session, measured as swims are, and its free decays.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from fitting.free_decay import DecayTrial
-from fitting.frequency import SwimFrequency, beating_part, estimate_frequency
+from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.motor_clock import MotorRecord
 from fitting.pool import (
     CommonScale,
@@ -25,28 +24,12 @@ from fitting.pool import (
     determined,
     forward_speed,
     head_frame,
-    head_is_trusted,
-    in_pool,
     smooth_swim,
     weighted_fit,
 )
-from fitting.trial_checks import (
-    LEAST_OF_PART,
-    check_beat,
-    check_clock_and_scale,
-    check_lasting,
-    motion_flags,
-    reach_along_tail,
-    rest_flags,
-    sight_flags,
-    unread_flags,
-)
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
-from swimcal.robot import RobotSpec
 from swimcal.runs import CrankTurn
-from swimcal.session import TrialSpec
-from swimcal.session_file import CameraSpec
 from swimcal.tracks import by_marker, markers_of
 from tracking.head_frame import HeadFrame, bridge_head
 
@@ -234,7 +217,7 @@ class MeasuredTrial:
         Raises:
             NotEnoughData: held out, it leaves too few frames to score.
         """
-        return self if role == self.role else _with_role(self, role)
+        return self if role == self.role else in_role(self, role)
 
     @property
     def filmed_hz(self) -> float:
@@ -256,85 +239,6 @@ class MeasuredTrial:
     def used_fraction(self) -> float:
         """Share of the kept samples that count."""
         return float((self.weight[self.kept] > 0).mean())
-
-
-def measure_trial(
-    spec: TrialSpec,
-    tracks: xr.Dataset,
-    camera: CameraSpec,
-    robot: RobotSpec,
-    warmup_s: float,
-    motor: MotorRecord | None = None,
-) -> MeasuredTrial:
-    """Check, scale and normalise the tracks of one swim, and find its frequency, start and speed.
-
-    Args:
-        spec: the swim.
-        tracks: all its frames.
-        camera: the camera that filmed it.
-        robot: the robot.
-        warmup_s: time left out of every comparison.
-        motor: record of the motor (`fitting.motor_clock.read_motor`); default: the crank turns evenly.
-
-    Raises:
-        NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
-    """
-    first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
-    recorded_s: np.ndarray = tracks.time.values
-    if (lasts_s := float(recorded_s[-1] - recorded_s[0])) <= warmup_s:
-        raise NotEnoughData(
-            f"too short: it lasts {lasts_s:.3g} s, and its warm-up of {warmup_s:g} s is compared with nothing. Record "
-            "longer, or shorten [fit] warmup_s"
-        )
-    cut = False
-    rests: tuple[Flag, ...] = ()
-    position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    reach = reach_along_tail(robot, [markers_of(tracks)[marker] for marker in tail])
-    trusted = head_is_trusted(markers_of(tracks), quality.weight)
-    head = head_frame(markers_of(tracks), position_m, trusted)
-    own_weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)
-    weight = own_weight * np.isfinite(head.heading_rad)[:, None]
-    flags = check_clock_and_scale(recorded_s, camera, robot)
-    beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat, robot, reach, LEAST_OF_PART)
-    used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
-    if used != slice(0, len(recorded_s)):
-        check_lasting(recorded_s, used, beat)
-        cut = True
-        rests, tracks = rest_flags(recorded_s, used), tracks.isel(time=used)
-        position_m, weight, trusted, own_weight = position_m[used], weight[used], trusted[used], own_weight[used]
-        head = head_frame(markers_of(tracks), position_m, trusted)
-    time_s = tracks.time.values - tracks.time.values[0]
-    if cut:
-        beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat, robot, reach)
-    motor = None if motor is None else motor.against(beat, tracks.time.values)
-    turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
-    frequency = _of_crank(beat, turn, motor, time_s)
-    of_frames = (*quality.flags, *flags, *rests, *beat.flags)
-    every_frame = np.ones(len(time_s), bool)
-    trial = MeasuredTrial(
-        name=spec.name,
-        role="fit",
-        commanded_hz=spec.commanded_hz,
-        tracks=laid_on_pool(tracks.assign_coords(time=time_s), position_m, head, own_weight, metres_per_px),
-        frequency=frequency,
-        start_frequency=frequency,
-        start_velocity=np.zeros(3),
-        known=every_frame,
-        kept=every_frame,
-        scored=every_frame,
-        speed=np.nan,
-        warmup_s=warmup_s,
-        tail=tuple(tail),
-        flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
-        first_frame=first_frame + used.start,
-        motor=motor,
-        turn=turn,
-        beat=beat,
-        logged_hz=None if motor is None else motor.logged_hz,
-    )
-    return _add_flags(_with_role(trial, spec.role), weight > 0)
 
 
 def laid_on_pool(
@@ -371,7 +275,7 @@ def degrees_of(turn_rad: np.ndarray) -> tuple[int, int]:
     return _DEGREES if np.ptp(turn_rad) >= 2 * np.pi * _SHORT_BEATS else _OF_SHORT
 
 
-def _of_crank(
+def of_crank(
     beat: SwimFrequency, turn: CrankTurn | None, motor: MotorRecord | None, time_s: np.ndarray
 ) -> SwimFrequency:
     """Return the beat with the mean turn of the crank over its frames (n,) for its frequency, if that was measured."""
@@ -381,55 +285,20 @@ def _of_crank(
     return replace(beat, hz=hz, se_hz=hz * motor.clock.rate_se, beats=hz * float(np.ptp(time_s)))
 
 
-def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
-    """Flag the faults of the trial as a whole, in the frames that are compared; usable (n, m) samples."""
-    nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
-    span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
-    span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
-    warm = (trial.time_s >= trial.warmup_s - 1e-9) & (np.arange(len(trial.time_s)) < _cut_after(trial))
-    length_m = float(np.nanmedian(np.where(trial.head_seen, span_m, np.nan)))
-    moves = motion_flags(trial.time_s, trial.head, trial.kept, trial.speed, trial.frequency.hz, length_m)
-    sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
-    read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
-    unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    found = (*moves, *sight, *unread, *_flag_known(trial))
-    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in found)))
-
-
-def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
-    """Flag a held-out trial whose known part misses a head in some frames, and shows fewer than two beats."""
-    found = trial.start_frequency
-    beats = _beats_seen(trial, trial.known)
-    if trial.head_seen[trial.known].all() or beats >= KNOWN_BEATS - 0.05:
-        return ()
-    message = (
-        f"before the scored part only {beats:.1f} beats show nose and neck: {found.hz:.3f} Hz from them is uncertain"
-    )
-    return (Flag("few_beats", message=message),)
-
-
-def _beats_seen(trial: MeasuredTrial, frames: np.ndarray) -> float:
+def beats_seen(trial: MeasuredTrial, frames: np.ndarray) -> float:
     """Return how many beats of the known frequency these frames (n,) show with nose and neck."""
     frame_s = float(np.median(np.diff(trial.time_s)))
     return float(trial.start_frequency.hz * frame_s * (trial.head_seen & frames).sum())
 
 
-def _cut_after(trial: MeasuredTrial) -> int:
-    """Return the frame from which on nothing counts, as the whole body jumps there, or the number of frames."""
-    last = int(np.flatnonzero(trial.kept)[-1])
-    whole = [flag.frames for flag in trial.flags if flag.kind == "jump" and len(flag.markers) == len(trial.markers)]
-    since = [first - trial.first_frame for first, _ in filter(None, whole)]
-    return min([frame for frame in since if frame > last], default=len(trial.kept))
-
-
-def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
+def in_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
     """Return the trial with what is known of it and what is scored in this role."""
     time_s, head, tail = trial.time_s, trial.head, list(trial.tail)
 
     def beat(frames: np.ndarray) -> SwimFrequency:
         lateral = head.shape_m[frames][:, tail, 1]
         found = estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
-        return _of_crank(found, trial.turn, trial.motor, time_s[frames])
+        return of_crank(found, trial.turn, trial.motor, time_s[frames])
 
     known = _find_known(role, trial.commanded_hz, time_s, trial.head_seen, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
@@ -457,7 +326,7 @@ def _check_start(trial: MeasuredTrial) -> None:
         NotEnoughData: it does not.
     """
     first = trial.known & (trial.time_s <= KNOWN_BEATS / trial.start_frequency.hz + 1e-9)
-    beats = _beats_seen(trial, first)
+    beats = beats_seen(trial, first)
     if trial.role != "fit" and not trial.head_seen[first].all() and beats < 1.0:
         raise NotEnoughData(
             f"trial {trial.name}: the part of a held-out trial that may be looked at begins with {beats:.1f} beats "

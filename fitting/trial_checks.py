@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.frequency import CLEAR, FEW_BEATS, HARMONICS, LEAST_EXPLAINED, SwimFrequency
+from fitting.frequency import CLEAR, FEW_BEATS, HARMONICS, JUDGED, LEAST_EXPLAINED, SwimFrequency
 from fitting.pool import design, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
@@ -137,13 +137,13 @@ def check_lasting(time_s: np.ndarray, used: slice, beat: SwimFrequency) -> None:
         used: frames of the stretch.
         beat: the beat.
 
-    A trial of hardly more beats is judged as it is: a rest at its end is short.
+    A trial of fewer than `JUDGED` beats is not refused: of that only a short rest at an end was left out.
 
     Raises:
         NotEnoughData: it does not: a robot at rest has a strongest frequency too.
     """
     lasts_s, whole_s = float(time_s[used.stop - 1] - time_s[used.start]), float(np.ptp(time_s))
-    if lasts_s * beat.hz < _LEAST_BEATS and whole_s * beat.hz >= _LEAST_BEATS + 1.0:
+    if lasts_s * beat.hz < _LEAST_BEATS and whole_s * beat.hz >= JUDGED:
         raise NotEnoughData(
             f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail beats for {lasts_s:.1f} of "
             f"{whole_s:.1f} s; at least {_LEAST_BEATS:g} beats in a row are expected. Did the robot swim?"

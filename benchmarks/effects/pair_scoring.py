@@ -25,8 +25,9 @@ from calib.pipeline import Pipeline, open_session
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.reference import Comparison
+from fitting.measure_trial import measure_trial
 from fitting.signatures import residual_row, signature_of
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from fitting.trial_model import TrialModel
 from swimcal.effects.catalogue import catalogue
 from swimcal.results import from_plain, write_whole

@@ -18,6 +18,7 @@ from diagnosis.constants import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.features import advance_phase, phase_between
+from fitting.measure_trial import measure_trial
 from fitting.mode import broyden
 from fitting.noise import FeatureNoise, NoisePart
 from fitting.session_model import PlacementUncertainty, SessionModel
@@ -31,7 +32,7 @@ from fitting.signatures import (
     row_slopes,
     signature_of,
 )
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from fitting.trial_model import TrialModel
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.measure_trial import measure_trial
 from fitting.phase import speed_from_rest
 from fitting.picture_scale import with_common_scale
 from fitting.structure import assumed, uncertainties_of
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.mjcf import COEFFICIENT_BOUNDS, SWIM, FluidCoefficients
 from swimcal.robot import RobotSpec, load_robot

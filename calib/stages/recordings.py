@@ -16,10 +16,11 @@ from calib.stages.videos import Videos, of_each, spoiled, without_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
 from fitting.left_out import odd_markers
+from fitting.measure_trial import measure_trial
 from fitting.motor_clock import read_motor
 from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
-from fitting.trial import ExperimentsInAir, MeasuredTrial, measure_trial
+from fitting.trial import ExperimentsInAir, MeasuredTrial
 from swimcal.errors import FaultCollector, InputError, NotEnoughData
 from swimcal.results import sha256_of
 from swimcal.session import TrialSpec

@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from fitting.frequency import SwimFrequency
-from fitting.trial import MeasuredTrial, laid_on_pool, measure_trial
+from fitting.measure_trial import measure_trial
+from fitting.trial import MeasuredTrial, laid_on_pool
 from swimcal.robot import load_robot
 from swimcal.session import load_session
 from swimcal.tracks import as_tracks, load_tracks

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from fitting.frequency import estimate_frequency
-from fitting.trial import measure_trial
+from fitting.measure_trial import measure_trial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import NotEnoughData
 from swimcal.robot import load_robot

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fitting.left_out import odd_markers
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.measure_trial import measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimcal.session import TrialSpec

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fitting.ebt import LARGE, PUBLISHED, EbtFit, fit_ebt, measured_tail
+from fitting.measure_trial import measure_trial
 from fitting.pool import forward_speed, head_frame
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import new_from_fishsim
 from swimcal.robot import load_robot
 from swimcal.session import load_session

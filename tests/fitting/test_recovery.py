@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.coefficient_fit import fit_coefficients
+from fitting.measure_trial import measure_trial
 from fitting.published import Swims
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec

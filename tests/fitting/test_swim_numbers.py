@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.ebt import simulated_numbers, swim_numbers
+from fitting.measure_trial import measure_trial
 from fitting.pool import forward_speed
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import new_from_fishsim
 from swimcal.robot import load_robot
 from swimcal.session import load_session

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fitting.measure_trial import measure_trial
 from fitting.phase import fit_phase
 from fitting.published import Swims
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.errors import NotEnoughData
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.trial import measure_trial
+from fitting.measure_trial import measure_trial
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import load_session
 from swimcal.tracks import load_tracks

@@ -7,7 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.measure_trial import measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.tracks import load_tracks

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.features import COURSE, SPEED, FeatureReader, advance_phase, harmonics_of, phase_between, places_of_slides
-from fitting.trial import measure_trial
+from fitting.measure_trial import measure_trial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimcal.runs import Runs

@@ -11,10 +11,11 @@ import pytest
 import xarray as xr
 
 from fitting.dry_run import measure_dry_run
+from fitting.measure_trial import measure_trial
 from fitting.motor_clock import MotorRecord
 from fitting.phase import phase_from_harmonic
 from fitting.published import Swims
-from fitting.trial import MeasuredTrial, measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import NotEnoughData
 from swimcal.motor_log import load_motor
