@@ -29,7 +29,7 @@ _STAMPS = ".stages.json"
 _NO_ANSWER_RESTS_ON_IT = ("kept", ".rrd", ".mp4")  # a folder, and suffixes of files that are only looked at
 
 
-class Answer(NamedTuple):
+class CommandOutput(NamedTuple):
     """The output of one command.
 
     Attributes:
@@ -53,7 +53,7 @@ def standing_output(command: str, folder: Path, effort: str | None, verbose: boo
     """
     try:
         kept = json.loads((folder / "results" / OUTPUT).read_bytes())
-        answer = Answer(**kept["answers"][command])
+        answer = CommandOutput(**kept["answers"][command])
         same = kept["folder"] == str(folder) and (effort is None or answer.effort in ("", effort))
         if same and kept["program"] == _program() and kept["files"] == _hashes(folder, kept["inputs"]):
             return answer.long if verbose else answer.short
@@ -94,17 +94,17 @@ def keep_output(pipeline: Pipeline) -> None:
             write_whole(folder / "results" / OUTPUT, json.dumps(kept, indent=1) + "\n")
 
 
-def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
+def _answers(pipeline: Pipeline) -> Iterator[tuple[str, CommandOutput]]:
     """Yield each command that has current results, with its output."""
     from dataclasses import replace
 
     from calib.results.made import fit_result, gap_result, posterior_result, structure_result
     from calib.terminal import export_lines, result_lines
 
-    def make_answer(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> Answer:
+    def make_answer(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> CommandOutput:
         again = replace(found, notes=(*notes, *pipeline.recordings.notes), made=())
         short, long = ("\n".join(result_lines(again, verbose, main)) + "\n" for verbose in (False, True))
-        return Answer(effort, short, long)
+        return CommandOutput(effort, short, long)
 
     if pipeline.only_dry:
         if pipeline.structures.is_current:
@@ -123,7 +123,7 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
         yield "diagnose", make_answer(gap_result(pipeline, gap), gap.effort)
     if page is not None:
         text = "\n".join(export_lines([f"{pipeline.session.name}: {pipeline.standing}"], [page])) + "\n"
-        yield "report", Answer(fit.effort, text, text)
+        yield "report", CommandOutput(fit.effort, text, text)
         others = {None if stage is None else stage.effort for stage in (posterior, gap)}
         if None not in others and (fit.effort == "quick" or (others == {"full"} and usual)):
             yield "run", make_answer(fit_result(pipeline), fit.effort, page)

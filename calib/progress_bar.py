@@ -35,7 +35,7 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
     else:
         columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeLeft())
         with RichProgress(*columns, console=console, transient=True) as bar:
-            yield Bar(bar)
+            yield ProgressBar(bar)
 
 
 class Estimate:
@@ -67,7 +67,7 @@ class Estimate:
         return (1 - self.share) * self.spent_s / (self.share - self._from)
 
 
-class Bar:
+class ProgressBar:
     """A bar that receives progress; each stage has its own estimate of the time left."""
 
     def __init__(self, bar: RichProgress, clock: Callable[[], float] = time.monotonic) -> None:

@@ -41,7 +41,7 @@ from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fi
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.unknown_effects import stage_probabilities, unknown_effects
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
-from diagnosis.where import Component, VarianceDecomposition, decompose
+from diagnosis.where import GapComponent, VarianceDecomposition, decompose
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
@@ -197,7 +197,7 @@ def diagnose(
     )
 
 
-def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[Component, np.ndarray]]:
+def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[GapComponent, np.ndarray]]:
     """Return the probability of each stage of an unknown effect, and the columns (k, q) of its laws at a sure one."""
     members = unknown_effects(weighed.linear, weighed.forces, weighed.signatures)
     chances = stage_probabilities(weighed.linear, members)
@@ -364,7 +364,7 @@ def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
 
 
 @dataclass(frozen=True, eq=False)
-class EffectTest:
+class RefittedEffects:
     """Test of effects: the twin with them against the plain one, both refitted to the same swims.
 
     Attributes:
@@ -388,7 +388,7 @@ def weigh_effects(
     effects: Sequence[Effect],
     settings: Settings | None = None,
     tell: Progress = lambda _message, _share: None,
-) -> EffectTest:
+) -> RefittedEffects:
     """Refit the twin with the effects and weigh it against the plain one.
 
     Args:
@@ -421,7 +421,7 @@ def weigh_effects(
     tell("held-out swims", 0.9)
     pair = [forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values) for fit in (plain, best)]
     gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
-    return EffectTest(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
+    return RefittedEffects(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:

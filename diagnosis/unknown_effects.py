@@ -17,7 +17,7 @@ from scipy.special import logsumexp
 from diagnosis.constants import FORM_ERROR
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import HEAD, PER_JOINT, ForceResponses
-from diagnosis.where import Component, likeliest_sizes, of_features, other_frequencies, response_of
+from diagnosis.where import GapComponent, likeliest_sizes, of_features, other_frequencies, response_of
 from fitting.pool import waves
 from fitting.signatures import Signature
 from fitting.trial import HARMONICS
@@ -135,7 +135,7 @@ _OF_HINGES: dict[str, Callable[[_Swim], np.ndarray]] = {
 
 def unknown_effects(
     linear: LinearModel, forces: ForceResponses, signatures: Sequence[Signature]
-) -> dict[str, dict[Component, np.ndarray]]:
+) -> dict[str, dict[GapComponent, np.ndarray]]:
     """Return, for each stage, the columns (k, q) of what an unknown effect there can do.
 
     Args:
@@ -152,15 +152,17 @@ def unknown_effects(
         "drive": _of_drive(linear),
         "camera": iter([("markers", of_features(linear, linear.disturbances.per_marker))]),
     }
-    found: dict[str, dict[Component, np.ndarray]] = {}
+    found: dict[str, dict[GapComponent, np.ndarray]] = {}
     for family, stage in STAGE_OF.items():
         known = [(each.effect.name, response_of(each)) for each in signatures if each.effect.family == family]
-        members = {Component(STAGE_OF_GAP[stage], f"{stage}: {name}"): part for name, part in (*laws[stage], *known)}
+        members = {GapComponent(STAGE_OF_GAP[stage], f"{stage}: {name}"): part for name, part in (*laws[stage], *known)}
         found[stage] = {name: part for name, part in members.items() if part.any()}
     return found
 
 
-def stage_probabilities(linear: LinearModel, members: Mapping[str, Mapping[Component, np.ndarray]]) -> dict[str, float]:
+def stage_probabilities(
+    linear: LinearModel, members: Mapping[str, Mapping[GapComponent, np.ndarray]]
+) -> dict[str, float]:
     """Return the probability that the gap is due to an effect of each stage; what they lack to 1 is that of no effect.
 
     An unknown effect acts at one stage alone. In addition clock or crank may be off by the same share in all trials:

@@ -37,7 +37,7 @@ _HERTZ = 0.01  # relative error of a frequency
 _RINGING = 0.05  # change of the logarithms of stiffness and damping
 
 
-class Component(NamedTuple):
+class GapComponent(NamedTuple):
     """One component of a gap, at a stage, with a size of its own."""
 
     stage: str
@@ -67,7 +67,7 @@ def decompose(
     signatures: Sequence[Signature],
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
-    unknown: Mapping[Component, np.ndarray] | None = None,
+    unknown: Mapping[GapComponent, np.ndarray] | None = None,
 ) -> VarianceDecomposition:
     """Split the residual into components.
 
@@ -113,33 +113,35 @@ def _components(
     signatures: Sequence[Signature],
     named: Collection[str],
     placed: Sequence[LocalDiscrepancy],
-    unknown: Mapping[Component, np.ndarray],
-) -> dict[Component, np.ndarray]:
+    unknown: Mapping[GapComponent, np.ndarray],
+) -> dict[GapComponent, np.ndarray]:
     """Return the columns (k, q) of each component: of what is steady, and of what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
     found = {}
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
         for what, part in (("steady", steady), ("beating", beating)):
-            found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
+            found[GapComponent(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
     nuisances = linear.disturbances
-    found[Component("camera", "on the body")] = of_features(linear, TAKEN.marker_m * nuisances.per_marker)
-    found[Component("camera", "in the picture")] = of_features(linear, _SEEN_M * nuisances.per_box)
-    found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
-    found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
-    found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
-    found[Component("drive", "ripple")] = _in_each_trial(
+    found[GapComponent("camera", "on the body")] = of_features(linear, TAKEN.marker_m * nuisances.per_marker)
+    found[GapComponent("camera", "in the picture")] = of_features(linear, _SEEN_M * nuisances.per_box)
+    found[GapComponent("camera", "beating")] = _in_each_trial(linear, _beats)
+    found[GapComponent("camera", "sliding")] = _in_each_trial(linear, _slides)
+    found[GapComponent("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
+    found[GapComponent("drive", "ripple")] = _in_each_trial(
         linear, lambda features: _RIPPLE_RAD * ripple_features(features)
     )
-    found[Component("drive", "frequency")] = other_frequencies(linear)
-    found[Component("tail", "free decays")] = _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
+    found[GapComponent("drive", "frequency")] = other_frequencies(linear)
+    found[GapComponent("tail", "free decays")] = (
+        _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
+    )
     of_drives = [response_of(signature) for signature in signatures if signature.effect.stage == "drive"]
-    found[Component("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *of_drives])
+    found[GapComponent("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *of_drives])
     for signature in signatures:
         if (effect := signature.effect).name in named:
-            found[Component(effect.stage, effect.name)] = _of_each_stretch(signature)
+            found[GapComponent(effect.stage, effect.name)] = _of_each_stretch(signature)
     for number, each in enumerate(placed):
-        found[Component(each.stage, f"{each.place} {number}")] = each.columns
+        found[GapComponent(each.stage, f"{each.place} {number}")] = each.columns
     found |= unknown
     return {
         component: columns
@@ -262,18 +264,18 @@ def _in_their_span(target: np.ndarray, parts: list[np.ndarray]) -> tuple[np.ndar
 class _Fit(NamedTuple):
     """Components at their likeliest sizes: squared sizes, covariance (k, k), its inverse times the residual (k,)."""
 
-    weights: Mapping[Component, float]
+    weights: Mapping[GapComponent, float]
     covariance: np.ndarray
     solved: np.ndarray
 
 
-def _fit_sizes(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
+def _fit_sizes(target: np.ndarray, parts: Mapping[GapComponent, np.ndarray]) -> _Fit:
     weights = dict(zip(parts, likeliest_sizes(target, list(parts.values()))[0] ** 2, strict=True))
     covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     return _Fit(weights, covariance, np.linalg.solve(covariance, target))
 
 
-def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[str, float]:
+def _alone(target: np.ndarray, parts: Mapping[GapComponent, np.ndarray]) -> dict[str, float]:
     """Return the share of each stage, were it the only one."""
     found = {}
     for stage in dict.fromkeys(component.stage for component in parts):
@@ -283,14 +285,14 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
 
 
 def _forces(
-    linear: LinearModel, responses: ForceResponses, parts: Mapping[Component, np.ndarray], fit: _Fit
+    linear: LinearModel, responses: ForceResponses, parts: Mapping[GapComponent, np.ndarray], fit: _Fit
 ) -> MissingForces:
     """Return mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
-            if (component := Component(stage, what)) not in parts:
+            if (component := GapComponent(stage, what)) not in parts:
                 continue
             columns, prior = parts[component], fit.weights[component]
             explained = np.einsum("ij,ij->j", columns, np.linalg.solve(fit.covariance, columns))

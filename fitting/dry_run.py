@@ -178,7 +178,7 @@ def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag
 # The twin's response to a turn of the crank.
 
 
-class Turn(NamedTuple):
+class EvenTurn(NamedTuple):
     """One turn of the crank, evenly in time from angle 0.
 
     Attributes:
@@ -238,7 +238,7 @@ class DryResponse:
         part = self.arm_m[self.branches[branch]]
         return float(part[0]), float(part[-1])
 
-    def turn(self, arm_m: float, hz: float, branch: int) -> Turn:
+    def turn(self, arm_m: float, hz: float, branch: int) -> EvenTurn:
         """Return the turn at an arm within a branch and a speed within the nodes.
 
         Args:
@@ -248,7 +248,7 @@ class DryResponse:
         """
         markers, lead = self._splines[branch]
         weights = self.speed_weights(hz)
-        return Turn(np.tensordot(weights, markers(arm_m), 1), np.tensordot(weights, lead(arm_m), 1))
+        return EvenTurn(np.tensordot(weights, markers(arm_m), 1), np.tensordot(weights, lead(arm_m), 1))
 
     def speed_weights(self, hz: float) -> np.ndarray:
         """Return the weight of each node in the Lagrange polynomial at a speed, (s,)."""
@@ -314,7 +314,7 @@ def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
     return robot.changed(crank={"arm_m": arm_m})
 
 
-def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> Turn:
+def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> EvenTurn:
     """Simulate one settled turn of the crank at each of s speeds: marker_m (s, angles, m), lead_rad (s, angles).
 
     Args:
@@ -332,16 +332,16 @@ def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, w
     run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
     marker_m = run.marker_m[..., 0] + 1j * run.marker_m[..., 1]  # (s, f, m)
     turns = [_one_turn(*part) for part in zip(time_s, run.crank_rad, marker_m, strict=True)]
-    return Turn(*(np.stack(part) for part in zip(*turns, strict=True)))
+    return EvenTurn(*(np.stack(part) for part in zip(*turns, strict=True)))
 
 
-def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -> Turn:
+def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -> EvenTurn:
     """Cut out one turn from where the crank passes 0, evenly in time; the motor runs a little below its command."""
     passes = CubicSpline(crank_rad, time_s)(2 * np.pi * np.array([_SETTLING_TURNS, _SETTLING_TURNS + 1]))
     share = np.arange(ANGLES) / ANGLES
     at = passes[0] + (passes[1] - passes[0]) * share
     lead = CubicSpline(time_s, crank_rad)(at) - 2 * np.pi * (_SETTLING_TURNS + share)
-    return Turn(CubicSpline(time_s, marker_m)(at), lead)
+    return EvenTurn(CubicSpline(time_s, marker_m)(at), lead)
 
 
 def _periodic(table: np.ndarray) -> CubicSpline:

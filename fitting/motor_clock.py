@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from fitting.frequency import SwimFrequency
-from fitting.motor_code import CodeDelay, TailMotion, code_delay, search, tail_motion
+from fitting.motor_code import CodeDelay, LateralMotion, code_delay, search, tail_motion
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.motor_log import MotorCommands, MotorLog, load_commands, load_motor
@@ -99,7 +99,7 @@ class MotorClock:
 
 
 def find_clock(
-    tail: TailMotion | None, turn: CrankTurn, commands: MotorCommands | None, zero_s: float, spec: TrialSpec
+    tail: LateralMotion | None, turn: CrankTurn, commands: MotorCommands | None, zero_s: float, spec: TrialSpec
 ) -> MotorClock:
     """Find the clock of a log from the codes of a trial in its video.
 
@@ -348,7 +348,7 @@ def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: R
 
 
 def motor_record(
-    spec: TrialSpec, log: MotorLog, commands: MotorCommands | None, tail: TailMotion | None, time_s: np.ndarray
+    spec: TrialSpec, log: MotorLog, commands: MotorCommands | None, tail: LateralMotion | None, time_s: np.ndarray
 ) -> MotorRecord:
     """Build the record of the motor from what `read_motor` read.
 

@@ -33,7 +33,7 @@ _MAP = 4  # numbers for each marker: constant, drift, cosine, sine
 
 
 @dataclass(frozen=True, eq=False)
-class TailMotion:
+class LateralMotion:
     """The lateral motion of k tail markers in n frames, in the head frame.
 
     Attributes:
@@ -58,7 +58,7 @@ class TailMotion:
         return even[:, self.used.any(axis=0)]
 
 
-def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> TailMotion:
+def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> LateralMotion:
     """Return the tail's motion in the tracks (n frames) of any trial.
 
     Args:
@@ -73,10 +73,10 @@ def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> Tai
     lateral = head_frame(markers_of(tracks), position_m).shape_m[:, tail, 1]  # (n, k)
     trusted = head_is_trusted(markers_of(tracks), quality.weight)  # (n,)
     used = (quality.weight[:, tail] > 0) & trusted[:, None] & np.isfinite(lateral)
-    return TailMotion(tracks.time.values, lateral, used)
+    return LateralMotion(tracks.time.values, lateral, used)
 
 
-class Found(NamedTuple):
+class CodeOffset(NamedTuple):
     """Best offset of the codes.
 
     Attributes:
@@ -90,7 +90,7 @@ class Found(NamedTuple):
     next_gain: float
 
 
-def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) -> Found | None:
+def search(tail: LateralMotion, turn: CrankTurn, codes: list[tuple[float, float]]) -> CodeOffset | None:
     """Try every offset at which a code is in the video; None where none can be.
 
     Args:
@@ -111,7 +111,7 @@ def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) 
             gain += np.interp(grid, offsets[::-1], -np.log1p(-share)[::-1], left=0.0, right=0.0)
     best = int(np.argmax(gain))
     others = gain[np.abs(grid - grid[best]) > APART_S]
-    return Found(float(grid[best]), float(gain[best]), float(others.max(initial=0.0)))
+    return CodeOffset(float(grid[best]), float(gain[best]), float(others.max(initial=0.0)))
 
 
 def explain_motion(motion_m: np.ndarray, frame_s: float, turn: CrankTurn, code: tuple[float, float]) -> np.ndarray:
@@ -139,7 +139,7 @@ def _frames(code: tuple[float, float], frame_s: float) -> int:
     return round((code[1] - code[0]) / frame_s)
 
 
-def _first_frames(tail: TailMotion, code: tuple[float, float], motion_m: np.ndarray) -> np.ndarray:
+def _first_frames(tail: LateralMotion, code: tuple[float, float], motion_m: np.ndarray) -> np.ndarray:
     """Return the falling offsets (w,), s, at which the code begins at each frame and still ends in the video."""
     places = len(motion_m) - _frames(code, tail.frame_s) + 1 if motion_m.shape[1] else 0
     return code[0] - tail.time_s[0] - tail.frame_s * np.arange(max(places, 0))
@@ -161,7 +161,7 @@ class CodeDelay(NamedTuple):
     explained: float
 
 
-def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], offset_s: float) -> CodeDelay | None:
+def code_delay(tail: LateralMotion, turn: CrankTurn, code: tuple[float, float], offset_s: float) -> CodeDelay | None:
     """Refine the moment of a code; None where the code is not in the video, or the refinement leaves it.
 
     Every marker has a constant, a drift, and a linear map of cosine and sine of the crank's angle of its own; all share

@@ -62,7 +62,7 @@ LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come b
 # The motion of each trial.
 
 
-class Frame(NamedTuple):
+class MidlineAxes(NamedTuple):
     """Ends of the axes of midlines, mm: along the head, and to either side."""
 
     left: float
@@ -70,14 +70,14 @@ class Frame(NamedTuple):
     reach: float
 
     @classmethod
-    def around(cls, midlines_mm: np.ndarray) -> "Frame":
+    def around(cls, midlines_mm: np.ndarray) -> "MidlineAxes":
         """Leave some room around midlines (..., 2)."""
         reach = 1.15 * max(float(np.nanmax(np.abs(midlines_mm[..., 1]), initial=1.0)), 20.0)
         return cls(float(np.nanmin(midlines_mm[..., 0])) - 15, float(np.nanmax(midlines_mm[..., 0])) + 25, reach)
 
 
 @styled
-def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec, frame: Frame | None = None) -> Figure:
+def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec, frame: MidlineAxes | None = None) -> Figure:
     """Draw midlines at sixteen phases of the beat, to scale; dotted in both panels, the measured envelope.
 
     Args:
@@ -86,7 +86,7 @@ def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec, frame: Frame 
         frame: ends of the axes, mm; None: as this trial needs them.
     """
     measured, simulated = (midlines * MM for midlines in beat_midlines(trial, robot))  # (16, k, 2) each
-    left, right, reach = frame or Frame.around(np.concatenate([measured, simulated]))
+    left, right, reach = frame or MidlineAxes.around(np.concatenate([measured, simulated]))
     height = (HALF_WIDTH_IN - MARGINS.left - MARGINS.right) * 2 * reach / (right - left)
     figure, (above, below) = panels(2, Grid(1, height, (0.0, 0.26)), HALF_WIDTH_IN)
     for axes, midlines, colour, title in ((above, measured, INK, "measured"), (below, simulated, TWIN, "twin")):
@@ -227,7 +227,7 @@ def build_trials(context: ReportContext) -> Section:
         "envelope."
     )
     midlines = [MM * each.reshape(-1, 2) for trial in trials for each in beat_midlines(trial, robot)]
-    frame = Frame.around(np.concatenate(midlines))
+    frame = MidlineAxes.around(np.concatenate(midlines))
     blocks = [Plots(tuple(_envelope(trial, robot, frame) for trial in trials), text)]
     if (chosen := representative(trials)) is not None:
         blocks.append(Plots(_motion(chosen, robot)[1:]))  # the path alone shows no difference
@@ -251,7 +251,7 @@ def _label(trial: CalibratedTrial) -> str:
     return f"{measured.name}, {shown(measured.frequency.hz, 2)} Hz, {role}"
 
 
-def _envelope(trial: CalibratedTrial, robot: RobotSpec, frame: Frame | None = None) -> Plot:
+def _envelope(trial: CalibratedTrial, robot: RobotSpec, frame: MidlineAxes | None = None) -> Plot:
     measured, simulated = beat_midlines(trial, robot)
     sweep = f"the fin sweeps {_sweep(measured)} mm, the twin’s {_sweep(simulated)} mm"
     return Plot(

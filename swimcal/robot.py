@@ -18,7 +18,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from swimcal.errors import did_you_mean, shown
 from swimcal.session_file import HEAD_MARKERS
-from swimcal.toml import Table, key_error, load_toml
+from swimcal.toml import TomlTable, key_error, load_toml
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -51,14 +51,14 @@ def _fault(error: PydanticCustomError, *place: str | int) -> InitErrorDetails:
     return InitErrorDetails(type=error, loc=place, input="")
 
 
-class Water(Table):
+class Water(TomlTable):
     """The medium of the swim trials; the dry experiments take none."""
 
     density_kg_m3: Positive
     viscosity_pa_s: NonNegative
 
 
-class Part(Table):
+class Part(TomlTable):
     """A box of uniform density that gives the head its mass and inertia."""
 
     name: str
@@ -67,7 +67,7 @@ class Part(Table):
     mass_kg: Mass
 
 
-class Head(Table):
+class Head(TomlTable):
     """The passive frame: one fluid ellipsoid, any number of massive parts."""
 
     fluid_centre_m: Point
@@ -84,7 +84,7 @@ class Head(Table):
         return part
 
 
-class Crank(Table):
+class Crank(TomlTable):
     """The shaft (along y) with two arms 180 degrees apart; a tendon is anchored near the end of each."""
 
     position_m: Point
@@ -108,7 +108,7 @@ class Crank(Table):
         return self.arm_m - self.anchor_inset_m
 
 
-class Segment(Table):
+class Segment(TomlTable):
     """A rigid tail segment and the flexible gap before it, which bends at one hinge in its middle.
 
     A flexible strip spans either half of the gap; that before the tail's first hinge is a part of the head.
@@ -124,7 +124,7 @@ class Segment(Table):
     strip_mass_kg: AddedMass = 0.0  # mass of each strip of the gap
 
 
-class Tail(Table):
+class Tail(TomlTable):
     """The articulated part: segments in order from the head, all hinges equal.
 
     A guide plate, of the segments' material, stands on either side of a segment and holds the tendon there.
@@ -175,7 +175,7 @@ class Tail(Table):
         return tuple(f"tail_{i + 1}" for i in range(len(self.segment)))
 
 
-class CaudalFin(Table):
+class CaudalFin(TomlTable):
     """The fin, rigid with the last segment; a plate of span x chord at the centre of its planform.
 
     One flexible strip, which does not bend, spans the gap before it.
@@ -198,28 +198,28 @@ class CaudalFin(Table):
         return strip_mass_kg
 
 
-class Tendons(Table):
+class Tendons(TomlTable):
     """Both tendons, equal: springs and dampers along their path, at rest where the tail is straight."""
 
     stiffness_n_m: Positive
     damping_n_s_m: NonNegative
 
 
-class Marker(Table):
+class Marker(TomlTable):
     """A marker: the link that carries it and its place on the straight robot (robot frame)."""
 
     body: str
     position_m: Point
 
 
-class ElongatedBody(Table):
+class ElongatedBody(TomlTable):
     """Numbers of the body in elongated body theory: depth d at the trailing edge and reference area S of the drag."""
 
     depth_m: Length
     reference_area_m2: Positive
 
 
-class RobotSpec(Table):
+class RobotSpec(TomlTable):
     """A tendon-driven swimmer. See `swimcal/robots/fish_057.toml` for every key with its unit.
 
     Raises:

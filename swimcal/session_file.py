@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, StringConstraints
 
 from swimcal.errors import FaultCollector, did_you_mean, shown
-from swimcal.toml import Key, Table, TomlSource, key_error, load_toml
+from swimcal.toml import Key, TomlSource, TomlTable, key_error, load_toml
 
 # The camera.
 Positive = Annotated[float, Field(gt=0)]
@@ -50,7 +50,7 @@ OTHER_UNIT = 2.5
 RATE_OFF = 0.05
 
 
-class CameraCalibration(Table):
+class CameraCalibration(TomlTable):
     """A pinhole camera with OpenCV's lens distortion (`calibrateCamera`), looking down on the pool.
 
     Focal lengths and principal point are in px, the centre of the top left pixel at (0, 0); `distortion` is k1, k2, p1,
@@ -93,7 +93,7 @@ def load_camera(path: Path) -> CameraCalibration:
     return load_toml(path, _CameraFile).camera
 
 
-class _CameraFile(Table):
+class _CameraFile(TomlTable):
     camera: CameraCalibration
 
 
@@ -118,19 +118,19 @@ def _turns_a_second(hz: float) -> float:
 Name = Annotated[str, AfterValidator(_safe_name)]
 
 
-class SessionTable(Table):
+class SessionTable(TomlTable):
     """The table ``[session]``."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
-class RobotTable(Table):
+class RobotTable(TomlTable):
     """The table ``[robot]``."""
 
     file: FileName
 
 
-class CameraTable(Table):
+class CameraTable(TomlTable):
     """The table ``[camera]``."""
 
     fps: Positive
@@ -138,21 +138,21 @@ class CameraTable(Table):
     calibration: FileName | None = None
 
 
-class MarkersTable(Table):
+class MarkersTable(TomlTable):
     """The table ``[markers]``."""
 
     names: Annotated[tuple[Name, ...], Field(min_length=FEWEST_MARKERS)]
     rename: Annotated[dict[str, str], Field(default_factory=dict)]
 
 
-class FitTable(Table):
+class FitTable(TomlTable):
     """The table ``[fit]``."""
 
     warmup_s: Annotated[float, Field(ge=0)] = 1.0
     seed: Annotated[int, Field(ge=0)] = 0
 
 
-class TrialTable(Table):
+class TrialTable(TomlTable):
     """One table ``[[trial]]``."""
 
     name: Name
@@ -166,7 +166,7 @@ class TrialTable(Table):
     role: TrialRole = "fit"
 
 
-class SessionFile(Table):
+class SessionFile(TomlTable):
     """All tables of ``session.toml``."""
 
     session: SessionTable

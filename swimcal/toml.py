@@ -154,7 +154,7 @@ def expectation_of(annotation: Any) -> str:
 Model = TypeVar("Model", bound=BaseModel)
 
 
-class Table(BaseModel):
+class TomlTable(BaseModel):
     """Base of the models of TOML tables.
 
     Unknown keys, nan, infinity and values of another type (``"60"`` or ``true`` for a number) are faults, and
@@ -247,7 +247,7 @@ def _format_found(value: Any) -> str:
 
 
 def load_toml(path: Path, model: type[Model]) -> Model:
-    """Read a TOML file as a pydantic model of the whole file, best derived from `Table`.
+    """Read a TOML file as a pydantic model of the whole file, best derived from `TomlTable`.
 
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.

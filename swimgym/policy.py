@@ -1,6 +1,6 @@
 """A policy: a steering law or a small network on disk, its evaluation, and the search for a law.
 
-A `Policy` is a file of plain arrays (npz) with a `Card` (json). It needs neither torch nor gymnasium.
+A `Policy` is a file of plain arrays (npz) with a `PolicyCard` (json). It needs neither torch nor gymnasium.
 
 `swim` lets a controller swim one episode of a course for every swimmer; `Swum` holds the scores: targets reached, with
 an interval (`share`), and distances from a path.
@@ -42,7 +42,7 @@ Controller = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Card:
+class PolicyCard:
     """The origin of a policy.
 
     Attributes:
@@ -71,9 +71,9 @@ class Card:
     schema: int = SCHEMA
 
 
-def card_of(task: str, method: str, fish: Fish, course: Course, seed: int) -> Card:
+def card_of(task: str, method: str, fish: Fish, course: Course, seed: int) -> PolicyCard:
     """Make the card of a policy that is trained on this fish."""
-    return Card(task, method, fish.robot, fish.origin, fish.sha256, course.names, course.rules, seed)
+    return PolicyCard(task, method, fish.robot, fish.origin, fish.sha256, course.names, course.rules, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class Policy:
     and side of the beat.
     """
 
-    card: Card
+    card: PolicyCard
     arrays: Mapping[str, np.ndarray]
 
     def act(self, seen: np.ndarray) -> np.ndarray:
@@ -163,7 +163,7 @@ def load_policy(file: Path) -> Policy:
         data = json.loads(file.with_suffix(".json").read_bytes())
         if data["schema"] != SCHEMA:
             raise ValueError(f"schema {data['schema']}")
-        card = Card(**{**data, "observations": tuple(data["observations"]), "rules": Rules(**data["rules"])})
+        card = PolicyCard(**{**data, "observations": tuple(data["observations"]), "rules": Rules(**data["rules"])})
         with np.load(file.with_suffix(".npz"), allow_pickle=False) as arrays:
             return Policy(card, dict(arrays))
     except FileNotFoundError as error:
@@ -373,7 +373,7 @@ def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:
     return np.where(np.isfinite(mean), mean + _LARGEST_WEIGHT * largest, took) + failed
 
 
-def _keep(file: Path | None, state: _State, plan: SearchPlan, card: Card) -> None:
+def _keep(file: Path | None, state: _State, plan: SearchPlan, card: PolicyCard) -> None:
     if file is not None:
         plain = {"plan": asdict(plan), "model_sha256": card.model_sha256, "task": card.task}
         numbers = {"generation": state.generation, "seconds": state.seconds, "cost": state.cost}
@@ -381,7 +381,7 @@ def _keep(file: Path | None, state: _State, plan: SearchPlan, card: Card) -> Non
         write_whole(file, json.dumps({**plain, **numbers, **arrays}) + "\n")
 
 
-def _resume(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
+def _resume(file: Path | None, plan: SearchPlan, card: PolicyCard) -> _State | None:
     """Read the state of the same search; None where there is none, or that of another search, which is overwritten."""
     if file is None or not file.is_file():
         return None

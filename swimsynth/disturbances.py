@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 from swimcal.motor_log import MotorCommands
 from swimcal.robot import NonNegative, Positive
 from swimcal.runs import CrankTurn
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 
 START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
 CHIP_S = 0.25
@@ -51,7 +51,7 @@ class Stream(Enum):
         return np.random.default_rng([seed, number, *([self.value] if self.value else [])])
 
 
-class TrackingNoise(Table):
+class TrackingNoise(TomlTable):
     """Errors of tracked boxes, the same in x and y, and what neighbours along the body have of them in common.
 
     The defaults are those we measured on the published tracks: boxes of whole pixels, hence centres on a half-pixel
@@ -147,7 +147,7 @@ def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
     return (rest, *start, rest, Step("drive", hz, seconds), Step("rest", 0.0, RUN_OUT_S), *end, rest)
 
 
-class SyntheticMotor(Table):
+class SyntheticMotor(TomlTable):
     """The settings of the motor that drives a trial, and of the clock of its log.
 
     Attributes:
@@ -190,7 +190,7 @@ class SyntheticMotor(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class MotorDrive:
     """The commands to the motor in a trial, and how its shaft would turn without the tail's springiness.
 
     Attributes:
@@ -218,7 +218,7 @@ class Drive:
 
 def drive(
     motor: SyntheticMotor, commanded_hz: float, reached_hz: float, phase_rad: float, random: np.random.Generator
-) -> Drive:
+) -> MotorDrive:
     """Drive a trial: compute the commands, which come late, and the turn of the shaft.
 
     The motor's lag behind a command grows with the square of the speed, so that it reaches the speed given. The load
@@ -244,7 +244,7 @@ def drive(
     even_rad = phase_rad + cumulative_trapezoid(even_rad_s, time_s, initial=0.0)
     once, twice = motor.ripple
     angle_rad = even_rad + once * np.sin(even_rad) + twice / 2 * np.sin(2 * even_rad)
-    return Drive(
+    return MotorDrive(
         commands=MotorCommands(got_s, tuple(step.part for step in steps), commanded_rad_s),
         end_s=float(ends_s[-1]),
         time_s=time_s,

@@ -19,7 +19,7 @@ from swimcal.errors import FaultCollector
 from swimcal.mjcf import FluidCoefficients
 from swimcal.robot import NonNegative, Positive, RobotSpec, load_robot
 from swimcal.session_file import Name, TrialRole
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 from swimcal.twin import Twin
 from swimsynth.disturbances import RISE_S, SyntheticMotor, TrackingNoise
 
@@ -52,7 +52,7 @@ def trial_name(prefix: str, hz: float) -> str:
     return f"{prefix}{hz:.2f}".replace(".", "_")
 
 
-class SyntheticCamera(Table):
+class SyntheticCamera(TomlTable):
     """A camera that looks straight down: no lens, no parallax, exact clock; by default in the published scale."""
 
     fps: Positive = 60.0
@@ -65,7 +65,7 @@ class SyntheticCamera(Table):
         return np.arange(int(round(seconds * self.fps, 6)) + 1) / self.fps
 
 
-class Merge(Table):
+class Merge(TomlTable):
     """A track fault: the box sits on another marker, at a constant offset.
 
     Attributes:
@@ -99,7 +99,7 @@ class Merge(Table):
         position_px[wrong, markers.index(self.marker)] = position_px[wrong, markers.index(self.onto)] + self.offset_px
 
 
-class SyntheticTrial(Table):
+class SyntheticTrial(TomlTable):
     """A trial in which the crank turns: a swim, or a dry run.
 
     Attributes:
@@ -130,7 +130,7 @@ class SyntheticTrial(Table):
         return camera.frame_times(self.seconds)
 
 
-class SyntheticDecay(Table):
+class SyntheticDecay(TomlTable):
     """A free decay: head clamped in air, tendons off, the tail held bent and let go while the camera runs.
 
     Attributes:
@@ -158,7 +158,7 @@ PlannedTrial = SyntheticTrial | SyntheticDecay
 """Any trial of a plan."""
 
 
-class SyntheticPlan(Table):
+class SyntheticPlan(TomlTable):
     """The plan of a session that is to be made.
 
     Attributes:

@@ -23,7 +23,7 @@ from swimcal.mjcf import natural_hz
 from swimcal.results import write_whole
 from swimcal.robot import RobotSpec
 from swimcal.session import load_session
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 from swimcal.tracks import as_tracks, save_tracks
 from swimsynth.disturbances import NOISELESS, Stream, lasting_errors, on_grid, placement_offsets
 from swimsynth.plan import Pixels, PlannedTrial, SyntheticPlan, SyntheticTrial
@@ -47,7 +47,7 @@ _DECIMALS_S = 6
 ROBOT_FILE = "robot.toml"
 
 
-class DryTruth(Table):
+class DryTruth(TomlTable):
     """The outcome of one planned dry run.
 
     Attributes:
@@ -75,13 +75,13 @@ class TrialTruth(DryTruth):
     speed_m_s: float
 
 
-class DecayTruth(Table):
+class DecayTruth(TomlTable):
     """The outcome of one planned free decay."""
 
     placement_px: dict[str, Pixels]
 
 
-class StructureTruth(Table):
+class StructureTruth(TomlTable):
     """The numbers that dry experiments are to find: of each hinge (per rad), of the crank's arm and of the tail.
 
     `natural_hz` is the lowest natural frequency of the tail in air without tendons: small swings, no damping.
@@ -93,7 +93,7 @@ class StructureTruth(Table):
     crank_arm_m: float
 
 
-class Truth(Table):
+class Truth(TomlTable):
     """Everything that is known about a synthetic session: its plan, and what came of it, by trial.
 
     `mujoco` is the version of the engine that made it.

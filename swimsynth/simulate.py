@@ -18,7 +18,7 @@ from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, Mot
 from swimcal.results import write_whole
 from swimcal.runs import CrankTurn, Runs, Trajectories
 from swimcal.twin import Twin
-from swimsynth.disturbances import Drive, Stream, SyntheticMotor, drive
+from swimsynth.disturbances import MotorDrive, Stream, SyntheticMotor, drive
 from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial, check_in_image, in_image
 from tracking.head_frame import to_head_frame
 
@@ -34,14 +34,14 @@ _WARM_C = 31.0  # temperature at the start
 _WARMS_C_S = 0.08  # rise of the temperature a second
 
 
-def reading_times(motor: SyntheticMotor, drive: Drive, random: np.random.Generator) -> np.ndarray:
+def reading_times(motor: SyntheticMotor, drive: MotorDrive, random: np.random.Generator) -> np.ndarray:
     """Draw the (r,) times on the motor's clock, s, at which it is read, from first command to end of schedule."""
     beat_s = np.arange(float(drive.commands.time_s[0]), drive.end_s, motor.reading_s)
     late_s = random.exponential(motor.jitter_s, len(beat_s))
     return beat_s + np.minimum(late_s, 0.8 * motor.reading_s)
 
 
-def read_motor(drive: Drive, time_s: np.ndarray, crank_rad: np.ndarray, random: np.random.Generator) -> MotorLog:
+def read_motor(drive: MotorDrive, time_s: np.ndarray, crank_rad: np.ndarray, random: np.random.Generator) -> MotorLog:
     """Compute the motor's readings.
 
     The zero of its encoder is drawn at random: nobody mounts the crank with care.
@@ -119,7 +119,7 @@ class DrivenMotor:
     """A motor as planned and driven, whose crank is not simulated yet; `readings_s` (r,) are on its clock."""
 
     motor: SyntheticMotor
-    drive: Drive
+    drive: MotorDrive
     readings_s: np.ndarray
     random: np.random.Generator
 

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from swimcal.errors import Fault, FaultCollector, InputError, NotEnoughData, did_you_mean
 from swimcal.results import writing_whole
 from swimcal.session_file import CameraCalibration
-from swimcal.toml import Table, key_error, load_toml
+from swimcal.toml import TomlTable, key_error, load_toml
 from tracking.camera import camera_matrix, to_rays, true_over_apparent
 
 # The board.
@@ -51,7 +51,7 @@ MM_PER_INCH = 25.4
 RULER_MM = 100.0
 
 
-class BoardSpec(Table):
+class BoardSpec(TomlTable):
     """A board of dark and light squares, the corner square at its top left dark.
 
     ChArUco is the better choice: each corner has a number, so a board that is half out of the picture still counts,
@@ -127,7 +127,7 @@ def load_board(path: Path) -> BoardSpec:
     return load_toml(path, _BoardFile).board
 
 
-class _BoardFile(Table):
+class _BoardFile(TomlTable):
     board: BoardSpec
 
 

@@ -198,7 +198,7 @@ def _each_once(blobs: list[Blob]) -> list[Blob]:
 
 
 @dataclass(frozen=True)
-class Spread:
+class ChainSpread:
     """Standard deviations of a step: position across (m), logarithm of its length about `stretch`, and bend."""
 
     length: float = np.inf
@@ -207,23 +207,23 @@ class Spread:
     stretch: float = 1.0
 
 
-RIGIDLY = Spread(place_m=0.012)
+RIGIDLY = ChainSpread(place_m=0.012)
 """Spread of a marker off the axis, which the head holds."""
-BY_THE_HEAD = Spread(length=0.06, bend_deg=7.0, stretch=0.96)
+BY_THE_HEAD = ChainSpread(length=0.06, bend_deg=7.0, stretch=0.96)
 """Spread of the first marker behind the head's two front markers."""
-AT_THE_ROOT = Spread(place_m=0.027)
+AT_THE_ROOT = ChainSpread(place_m=0.027)
 """Spread of the marker that the first piece of the tail holds."""
-BY_THE_TAIL = Spread(length=0.14, bend_deg=18.0, stretch=1.03)
-AT_THE_END = Spread(length=0.17, bend_deg=18.0, stretch=1.25)
+BY_THE_TAIL = ChainSpread(length=0.14, bend_deg=18.0, stretch=1.03)
+AT_THE_END = ChainSpread(length=0.17, bend_deg=18.0, stretch=1.25)
 """Spread of the last marker, which the fin holds."""
 
 
 @dataclass(frozen=True)
-class Step:
+class ChainStep:
     """One marker to place: how freely it moves, the marker before it, and the two whose direction it should keep."""
 
     marker: int
-    spread: Spread
+    spread: ChainSpread
     before: int
     along: tuple[int, int]
 
@@ -236,7 +236,7 @@ class Bodies:
     cost: np.ndarray  # (b,) half the sum of the squared departures, in standard deviations
 
 
-def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
+def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[ChainStep, ...]]:
     """Return the head's two front markers, and the steps to all others, for a layout (m, 2) along +x, m.
 
     Raises:
@@ -247,13 +247,13 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
         raise ValueError(f"{len(axis)} markers along the axis; at least 4 are needed to find a body by its layout")
     lateral = [k for k in range(len(layout_m)) if k not in axis]
     nose, neck, root, first, *tail = axis
-    steps = [Step(root, BY_THE_HEAD, neck, (nose, neck))]
-    steps += [Step(k, RIGIDLY, neck, (nose, neck)) for k in lateral]
-    steps += [Step(first, AT_THE_ROOT, root, (neck, root))]
+    steps = [ChainStep(root, BY_THE_HEAD, neck, (nose, neck))]
+    steps += [ChainStep(k, RIGIDLY, neck, (nose, neck)) for k in lateral]
+    steps += [ChainStep(first, AT_THE_ROOT, root, (neck, root))]
     # The tail's first direction is measured against the head's: its root is to the side in the public tracks.
     along = [(neck, root), *pairwise(axis[3:])]
     held = [BY_THE_TAIL] * (len(tail) - 1) + [AT_THE_END]
-    steps += [Step(*step) for step in zip(tail, held, axis[3:], along, strict=False)]
+    steps += [ChainStep(*step) for step in zip(tail, held, axis[3:], along, strict=False)]
     return nose, neck, tuple(steps)
 
 
@@ -279,7 +279,7 @@ def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
 class FoundStep:
     """One step along a body that was seen."""
 
-    step: Step  # which
+    step: ChainStep  # which
     off: float  # how far it departs from the layout, in standard deviations, the largest of its parts
     length_m: float  # found, at the scale of the head
     bend_deg: float  # found, to the direction it should keep
@@ -332,7 +332,7 @@ class _Partial:
         cost = (difference[first, second] ** 2).sum(axis=1) / 2
         return cls(at, look, layout_m[:, 0] + 1j * layout_m[:, 1], (nose, neck), blobs, cost)
 
-    def carry_on(self, step: Step) -> _Partial:
+    def carry_on(self, step: ChainStep) -> _Partial:
         """Return the partial bodies with one more marker, placed on every blob that the step allows."""
         off = np.concatenate([self.off_place(step), self._off_look(step)], axis=0)  # (d, b, n)
         taken = (self.blobs[:, :, None] == np.arange(len(self.at))).any(axis=1)  # (b, n)
@@ -344,7 +344,7 @@ class _Partial:
         blobs[:, step.marker] = blob[kept]
         return _Partial(self.at, self.look, self.layout, self.front, blobs, cost[kept])
 
-    def moved(self, step: Step) -> np.ndarray:
+    def moved(self, step: ChainStep) -> np.ndarray:
         """Return the step to every blob (b, n), m: along (real) and across the direction to keep."""
         before = self.at[self.blobs[:, step.before]]  # (b,)
         behind, front = (self.at[self.blobs[:, k]] for k in step.along)
@@ -353,7 +353,7 @@ class _Partial:
         ahead = (front - behind) / np.abs(front - behind)  # (b,) the direction to keep
         return (self.at - before[:, None]) / (metre * ahead)[:, None]
 
-    def off_place(self, step: Step) -> np.ndarray:
+    def off_place(self, step: ChainStep) -> np.ndarray:
         """Return the departures of every blob from the step (d, b, n), in standard deviations."""
         spread, taken = step.spread, self.moved(step)  # (b, n)
         wanted = self.layout[step.marker] - self.layout[step.before]
@@ -365,7 +365,7 @@ class _Partial:
         bend = np.rad2deg(np.angle(np.where(taken == 0, 1, taken))) / spread.bend_deg
         return np.stack([length, bend])
 
-    def _off_look(self, step: Step) -> np.ndarray:
+    def _off_look(self, step: ChainStep) -> np.ndarray:
         """Return the departures in diameter, level and elongation (3, b, n), in standard deviations."""
         size = self.look[:, 0] - self.look[self.blobs[:, step.before], 0][:, None]
         usual = self.look[self.blobs[:, self.front], 1:].mean(axis=1)  # (b, 2)

@@ -27,7 +27,7 @@ SHOWN_PX = 1600
 """The whole frame is shown with at most about so many columns."""
 
 
-class View(NamedTuple):
+class PictureView(NamedTuple):
     """A part of the picture, px: left, top, right, bottom, in corners of pixels."""
 
     left: float
@@ -59,7 +59,7 @@ def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
     crowd = [boxes.boxes[boxes.markers[k]] for k in _find_crowded(centre_px)]
     tail = _view(rgb, crowd, 1.14, margin=0.30)
     overview = figure.add_axes((0.66, 0.555, 0.325, 0.37), anchor="N")
-    _show(overview, rgb, View(-0.5, -0.5, rgb.shape[1] - 0.5, rgb.shape[0] - 0.5))
+    _show(overview, rgb, PictureView(-0.5, -0.5, rgb.shape[1] - 0.5, rgb.shape[0] - 0.5))
     for view, place in ((body, (0.015, 0.03, 0.63, 0.895)), (tail, (0.66, 0.03, 0.325, 0.505))):
         axes = figure.add_axes(place)
         _show(axes, rgb, view)
@@ -74,7 +74,7 @@ def marker_colour(number: int) -> tuple[float, float, float]:
     return colorsys.hls_to_rgb((number * 0.381966 + 190 / 360) % 1.0, 0.72, 0.95)
 
 
-def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
+def label_spots(centre_px: np.ndarray, view: PictureView) -> np.ndarray:
     """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
 
     Markers well off the line through the others are named on their own side, the rest take turns; on each side the
@@ -108,7 +108,7 @@ def _find_crowded(centre_px: np.ndarray) -> np.ndarray:
     return np.flatnonzero(nearest <= CROWDED * nearest.min())
 
 
-def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -> View:
+def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -> PictureView:
     """Return the part of the picture that holds the boxes, with a margin, as wide as `aspect` times its height."""
     corners = np.array([(b.x, b.y, b.x + b.width, b.y + b.height) for b in boxes]) - 0.5
     low, high = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
@@ -117,10 +117,10 @@ def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -
     half = np.array([width, width / aspect]) / 2
     limit = np.array(rgb.shape[1::-1])
     middle = np.clip((low + high) / 2, np.minimum(half, limit / 2), np.maximum(limit - half, limit / 2)) - 0.5
-    return View(*(middle - half), *(middle + half))
+    return PictureView(*(middle - half), *(middle + half))
 
 
-def _show(axes: Any, rgb: np.ndarray, view: View) -> None:
+def _show(axes: Any, rgb: np.ndarray, view: PictureView) -> None:
     rows = slice(max(0, int(view.top)), max(0, int(view.bottom)) + 2)
     columns = slice(max(0, int(view.left)), max(0, int(view.right)) + 2)
     part = rgb[rows, columns]
@@ -132,7 +132,7 @@ def _show(axes: Any, rgb: np.ndarray, view: View) -> None:
     axes.spines[:].set_color("#3a4650")
 
 
-def _draw_boxes(axes: Any, boxes: StartBoxes, view: View) -> None:
+def _draw_boxes(axes: Any, boxes: StartBoxes, view: PictureView) -> None:
     inside = [
         (number, name, np.array(box.centre_px))
         for number, (name, box) in enumerate(boxes.boxes.items())
@@ -169,7 +169,7 @@ def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:
     return sides
 
 
-def _beside(centre_px: np.ndarray, view: View, along: int, side: int) -> float:
+def _beside(centre_px: np.ndarray, view: PictureView, along: int, side: int) -> float:
     """Return the coordinate of a row or column of labels, between the body and the edge of the view."""
     across = centre_px[:, 1 - along]
     edge = (view[1 - along], view[3 - along])[side]

@@ -8,8 +8,8 @@ so its centre is x + (width - 1) / 2.
 `check_layout` reports an order or a spacing that no pose of the robot can have. People place boxes loosely, and the
 real robot's tail root is at three times the layout's distance from the dorsal fin: only what is far beyond that is
 refused. In the first frames of the public trials the boxes depart by at most 2.5 standard deviations of
-`body_chain.Spread`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first marker of the tail are
-the exception: exchanged, they depart by 2 to 7, and may pass.
+`body_chain.ChainSpread`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first marker of the tail
+are the exception: exchanged, they depart by 2 to 7, and may pass.
 """
 
 from __future__ import annotations

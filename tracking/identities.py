@@ -1,7 +1,7 @@
 """Motion and identities: where each marker is expected in the next frame, and which spot is which marker.
 
-`Motion` carries each marker on, and tells how far off that may be. `Spacing` knows what a body hardly changes: the
-distance of a marker to its neighbours, and where they put it.
+`MarkerMotion` carries each marker on, and tells how far off that may be. `Spacing` knows what a body hardly changes:
+the distance of a marker to its neighbours, and where they put it.
 
 `assemble_markers` assigns the spots of a frame to all markers at once, where the nearest spot need not be the right
 one. Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
@@ -65,7 +65,7 @@ class Prediction:
 
 
 @dataclass(eq=False)
-class Motion:
+class MarkerMotion:
     """The recent motion of m markers.
 
     A marker seen in the last three frames is carried on along the constant and sine through them, at the one frequency
@@ -82,7 +82,7 @@ class Motion:
     beat: np.ndarray  # (2,) sums over the past, of v[k] (v[k+1] + v[k-1]) and of v[k]^2
 
     @classmethod
-    def begin(cls, position_px: np.ndarray, diameter_px: np.ndarray) -> "Motion":
+    def begin(cls, position_px: np.ndarray, diameter_px: np.ndarray) -> "MarkerMotion":
         """Start the motion of markers of (m,) diameters at (m, 2) in the first frame."""
         m = len(position_px)
         past = np.repeat(position_px[None].astype(float), _MEMORY, axis=0)

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import LEAST_CONTRAST, Appearance, measure_appearance
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import FAINTER, MISSED, Motion, Prediction, Spacing, assemble_markers
+from tracking.identities import FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
@@ -83,7 +83,7 @@ class _Assignment(NamedTuple):
 class MarkerTracker:
     """Follows m markers from frame to frame; made by `begin` or `restored`; `csrt` is asked where no spot answers."""
 
-    def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
+    def __init__(self, start: Appearance, motion: MarkerMotion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
         self.start = start
         self.look = start
         self.motion = motion
@@ -113,7 +113,7 @@ class MarkerTracker:
             )
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
-        motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
+        motion, loose = MarkerMotion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
         near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
         still = np.zeros(centre_px.shape)
@@ -123,7 +123,7 @@ class MarkerTracker:
         if use_csrt and faint.any():
             tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
-        tracker.motion = Motion.begin(place, start.diameter_px)
+        tracker.motion = MarkerMotion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
         return tracker, first
 
@@ -148,8 +148,10 @@ class MarkerTracker:
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
         """Restore the tracker that had this `state`."""
         csrt = SecondOpinion(threads) if "crops" in state else None
-        motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
-        tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
+        motion, spacing = (
+            {field.name: state[field.name] for field in fields(part)} for part in (MarkerMotion, Spacing)
+        )
+        tracker = cls(Appearance(*state["start"]), MarkerMotion(**motion), Spacing(**spacing), csrt)
         tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
         tracker.settled = state["settled"]
         if csrt is not None:

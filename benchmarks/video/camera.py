@@ -9,13 +9,13 @@ from pydantic import Field
 
 from swimcal.robot import NonNegative, Positive
 from swimcal.session_file import Distortion
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 
 PX_PER_M = 965.0  # scale on the water, in the published videos at 3840 x 2160
 _NOMINAL_HEIGHT_M = 2.3  # It gives the focal length where the height is left open.
 
 
-class Optics(Table):
+class Optics(TomlTable):
     """A pinhole camera with OpenCV's lens distortion, above the origin of the pool and looking down.
 
     The pool's frame: x to the right of the image, y up in the image, z up from the water, m. What is below the

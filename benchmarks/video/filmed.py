@@ -16,7 +16,7 @@ from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
 from benchmarks.video.truth import boxes_file
 from swimcal.robot import RobotSpec
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 from swimcal.tracks import as_tracks, save_tracks
 from swimsynth.plan import SyntheticPlan
 from swimsynth.session import Progress
@@ -24,7 +24,7 @@ from swimsynth.simulate import TrueRun
 from tracking.boxes import save_boxes
 
 
-class SessionVideo(Table):
+class SessionVideo(TomlTable):
     """Plan of how the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
 
     # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked.

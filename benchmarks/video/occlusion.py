@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from benchmarks.video.picture import Picture, Region, colour_of
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 
 _COLOUR = colour_of(120, 96, 70)  # wood
 _SHINE = colour_of(182, 156, 122)  # the lit side of the wood
@@ -18,7 +18,7 @@ _RADIUS_PX = 24.0  # Neighbours within it are covered too.
 _DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # unit vector along the pole, y down
 
 
-class Occlusion(Table):
+class Occlusion(TomlTable):
     """A pole, with a round tip, that covers a marker."""
 
     marker: str  # marker over which the tip is held, following it

@@ -12,7 +12,7 @@ from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.water import WaterLook
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import NonNegative, Positive, RobotSpec, load_robot
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 
 DIAMETER_M = {
     "nose": 0.028,
@@ -32,7 +32,7 @@ DIAMETER_M = {
 Gray = Annotated[float, Field(ge=0, le=255)]
 
 
-class Swim(Table):
+class Swim(TomlTable):
     """Swim of the robot in a clip."""
 
     frequency_hz: Positive = 1.0  # turns of the twin's crank a second
@@ -43,7 +43,7 @@ class Swim(Table):
     off_centre_px: tuple[float, float] = (0.0, 0.0)  # place of the middle of the swim, x to the right and y down
 
 
-class MarkerLook(Table):
+class MarkerLook(TomlTable):
     """Look of the markers."""
 
     diameter_px: Positive | None = None  # diameter of every marker; None for the usual ones, scaled with the picture
@@ -54,7 +54,7 @@ class MarkerLook(Table):
     glow: Annotated[float, Field(ge=0, le=0.5)] = 0.04
 
 
-class ClipPlan(Table):
+class ClipPlan(TomlTable):
     """Clip to be rendered."""
 
     frames: Annotated[int, Field(ge=1)] = 240  # number of frames

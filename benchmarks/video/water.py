@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.video.picture import Picture, colour_of
 from swimcal.robot import NonNegative
-from swimcal.toml import Table
+from swimcal.toml import TomlTable
 
 TINT = colour_of(78, 152, 186)
 """The floor's blue under water."""
@@ -24,7 +24,7 @@ _GROUT_M = 0.004
 _LANE_M = 0.12  # width of the lane
 
 
-class WaterLook(Table):
+class WaterLook(TomlTable):
     """Look of the water."""
 
     ripple_mm: NonNegative = 2.0  # standard deviation of the surface

@@ -3,13 +3,13 @@
 It is written from ROBOTIS' e-manuals without their SDK, so that the two can be tested against each other; it needs the
 standard library only.
 
-`Packet`, `encode` and `PacketReader` are the packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16. Source:
-"Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
+`BusPacket`, `encode` and `PacketReader` are the packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
+Source: "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
 
-`Emulator` is the motor in velocity mode, as far as `calib capture` meets it: bytes in, bytes out. Source: "Protocol
-2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and 4.9 A at 12 V). It follows the ramp of
-the profile up to the speed that the speed-torque line leaves it under its load; inertia, supply and temperature are not
-emulated.
+`MotorEmulator` is the motor in velocity mode, as far as `calib capture` meets it: bytes in, bytes out. Source:
+"Protocol 2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and 4.9 A at 12 V). It follows the
+ramp of the profile up to the speed that the speed-torque line leaves it under its load; inertia, supply and temperature
+are not emulated.
 
 `pseudo_terminal` puts it behind a pseudo-terminal: any program that opens a serial port can talk to it (Linux, macOS).
 """
@@ -93,7 +93,7 @@ class ErrorNumber(IntEnum):
     ACCESS = 7
 
 
-class Packet(NamedTuple):
+class BusPacket(NamedTuple):
     """A packet without its stuffing. `intact` is False when its CRC did not match: only `id` may then be used."""
 
     id: int
@@ -112,7 +112,7 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-def encode(packet: Packet) -> bytes:
+def encode(packet: BusPacket) -> bytes:
     """Encode a packet for the line: stuffed, with length and CRC."""
     body = (bytes([packet.instruction]) + packet.params).replace(PLAIN, STUFFED)
     head = HEADER + bytes([packet.id]) + (len(body) + 2).to_bytes(2, "little")
@@ -128,7 +128,7 @@ class PacketReader:
     def __init__(self) -> None:
         self._buffer = b""
 
-    def push(self, data: bytes) -> list[Packet]:
+    def push(self, data: bytes) -> list[BusPacket]:
         """Return the packets completed by these bytes, in order."""
         packets = []
         self._buffer, *parts = (self._buffer + data).split(HEADER)
@@ -141,9 +141,9 @@ class PacketReader:
         return packets
 
 
-def _decode(raw: bytes) -> Packet:
+def _decode(raw: bytes) -> BusPacket:
     body = raw[7:-2].replace(STUFFED, PLAIN)
-    return Packet(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))
+    return BusPacket(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))
 
 
 # The motor.
@@ -179,7 +179,7 @@ ITEMS = {
 WRITABLE = {(item.address, item.size): name for name, item in ITEMS.items() if item.writable}
 
 
-class Emulator:
+class MotorEmulator:
     """One motor on a bus of its own: `motor["present_velocity"]` is the current value of an entry of its control table.
 
     It is safe to use from several threads.
@@ -230,16 +230,16 @@ class Emulator:
             self._advance()
             return b"".join(map(self._hear, self._reader.push(data)))
 
-    def _hear(self, packet: Packet) -> bytes:
+    def _hear(self, packet: BusPacket) -> bytes:
         if packet.intact:
             self._heard_at = self._now
         if packet.id not in (self.id, BROADCAST_ID):
             return b""
         number, params = self._obey(packet)
         alert = ALERT if self._get("hardware_error_status") else 0
-        return encode(Packet(self.id, Instruction.STATUS, bytes([alert | number]) + params))
+        return encode(BusPacket(self.id, Instruction.STATUS, bytes([alert | number]) + params))
 
-    def _obey(self, packet: Packet) -> tuple[ErrorNumber, bytes]:
+    def _obey(self, packet: BusPacket) -> tuple[ErrorNumber, bytes]:
         """Follow an instruction; return error number and parameters of the answer."""
         if not packet.intact:
             return ErrorNumber.CRC, b""
@@ -315,7 +315,7 @@ class Emulator:
 
 
 @contextmanager
-def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
+def pseudo_terminal(motor: MotorEmulator, baud: int) -> Iterator[str]:
     """Serve a motor in real time while its `with` block lasts, or until it is no longer `connected`.
 
     Yields the path that a client opens. A motor hears nothing at another speed than `baud`.
@@ -332,7 +332,7 @@ def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
         server.join()
 
 
-def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> None:
+def run_emulator(motor: MotorEmulator, baud: int, report: Callable[[str], None]) -> None:
     """Serve an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
 
     The first line reported is the terminal's path alone, so that a program can read it; at the end it reports how the
@@ -354,7 +354,7 @@ def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> N
     report(f"Ended. The motor is {'not driven' if motor.stopped else 'STILL DRIVEN'}.")
 
 
-def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
+def _serve(motor: MotorEmulator, baud: int, master: int, slave: int) -> None:
     speed = getattr(termios, f"B{baud}", baud)
     while motor.connected:
         ready, _, _ = select.select([master], [], [], TICK_S)

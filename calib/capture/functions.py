@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from calib.capture.bus import BAUD_RATES, INTERRUPTED, CaptureError, Interrupted, UserError, open_port
-from calib.capture.emulator import STALL_NM, Emulator, run_emulator
+from calib.capture.emulator import STALL_NM, MotorEmulator, run_emulator
 from calib.capture.live import LiveLine, live_line
 from calib.capture.motor import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
@@ -170,7 +170,7 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
         raise UserError(faults)
     if sys.platform == "win32":
         raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux")
-    run_emulator(Emulator(motor_id, load_nm=load_nm, seed=seed), baud, report)
+    run_emulator(MotorEmulator(motor_id, load_nm=load_nm, seed=seed), baud, report)
 
 
 def _report_over(line: LiveLine, report: Report, sentence: str) -> None:

@@ -15,7 +15,7 @@ import calib as front
 from calib.capture import emulator, functions
 from calib.capture import trials as search
 from calib.capture.bus import Clock, open_port
-from calib.capture.emulator import Emulator
+from calib.capture.emulator import MotorEmulator
 from calib.capture.trials import capture
 from calib.pipeline import Pipeline
 from diagnosis.result import EffectTestResult, GapSize
@@ -75,7 +75,7 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     patch.setattr("calib.stages.fit.mode_of", lambda *_: None)
     patch.setattr("calib.policy._train_policy", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()
-    motor = Emulator(clock=clock, load_nm=0.3)
+    motor = MotorEmulator(clock=clock, load_nm=0.3)
 
     def plugged(name: str, baud: int) -> Any:
         if name != PORT:

@@ -11,7 +11,7 @@ import pytest
 from rich.progress import Progress
 
 from calib.pipeline import Pipeline, open_session
-from calib.progress_bar import Bar, Lines
+from calib.progress_bar import Lines, ProgressBar
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.tracks import pixels_of
 from tests.calib.door import ROOT, Front, calibration_of, edit, results_in
@@ -109,7 +109,7 @@ def test_the_terminal_shows_frames_a_second_and_the_time_left(filmed: Path) -> N
 def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
     clock = [0.0]
     with Progress(get_time=lambda: clock[0], disable=True) as bar:
-        tell = Bar(bar, clock=lambda: clock[0])
+        tell = ProgressBar(bar, clock=lambda: clock[0])
         estimate = bar.tasks[0].fields["estimate"]
         for second in range(5):
             clock[0] = second

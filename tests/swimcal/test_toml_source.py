@@ -5,7 +5,7 @@ import pytest
 from pydantic import Field, field_validator
 
 from swimcal.errors import InputError
-from swimcal.toml import Table, key_error, lines_of_keys, load_toml
+from swimcal.toml import TomlTable, key_error, lines_of_keys, load_toml
 
 TEXT = '''\
 # a comment
@@ -57,7 +57,7 @@ def test_every_key_has_the_line_of_its_statement() -> None:
     assert ("water", "fake") not in lines
 
 
-class Hinge(Table):
+class Hinge(TomlTable):
     stiffness: Annotated[float, Field(gt=0)]
     side: Literal["left", "right"] = "left"
     offset: tuple[float, float] = (0.0, 0.0)
@@ -70,7 +70,7 @@ class Hinge(Table):
         return offset
 
 
-class Robot(Table):
+class Robot(TomlTable):
     name: str
     hinge: tuple[Hinge, ...]
     spare: Hinge | None = None

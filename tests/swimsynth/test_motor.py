@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from swimsynth.disturbances import COMMAND_DELAY_S, Drive, SyntheticMotor, drive, schedule
+from swimsynth.disturbances import COMMAND_DELAY_S, MotorDrive, SyntheticMotor, drive, schedule
 from tests.swimsynth.plans import MOTOR
 
 COMMANDED_HZ, REACHED_HZ, PHASE_RAD = 0.9, 0.88, 2.0
 SMOOTH = MOTOR.model_copy(update={"ripple": (0.0, 0.0)})
 
 
-def driven(motor: SyntheticMotor = MOTOR, seed: int = 0) -> Drive:
+def driven(motor: SyntheticMotor = MOTOR, seed: int = 0) -> MotorDrive:
     return drive(motor, COMMANDED_HZ, REACHED_HZ, PHASE_RAD, np.random.default_rng(seed))
 
 

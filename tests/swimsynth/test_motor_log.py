@@ -5,24 +5,24 @@ import pytest
 
 from calib.capture.logs import COMMANDS_HEADER, MOTOR_HEADER
 from swimcal.motor_log import MotorLog, load_commands, load_motor
-from swimsynth.disturbances import Drive, drive
+from swimsynth.disturbances import MotorDrive, drive
 from swimsynth.simulate import PULSE_RAD, SPEED_RAD_S, read_motor, reading_times, save_commands, save_motor_log
 from tests.swimsynth.plans import MOTOR
 
 
 @pytest.fixture(scope="module")
-def driven() -> Drive:
+def driven() -> MotorDrive:
     return drive(MOTOR, 0.9, 0.88, 2.0, np.random.default_rng(0))
 
 
 @pytest.fixture(scope="module")
-def log(driven: Drive) -> MotorLog:
+def log(driven: MotorDrive) -> MotorLog:
     random = np.random.default_rng(1)
     time_s = reading_times(MOTOR, driven, random)
     return read_motor(driven, time_s, driven.turn.angle(time_s), random)
 
 
-def test_it_is_read_every_ten_milliseconds_unevenly(log: MotorLog, driven: Drive) -> None:
+def test_it_is_read_every_ten_milliseconds_unevenly(log: MotorLog, driven: MotorDrive) -> None:
     apart_s = np.diff(log.time_s)
 
     assert (apart_s > 0).all()
@@ -32,7 +32,7 @@ def test_it_is_read_every_ten_milliseconds_unevenly(log: MotorLog, driven: Drive
     assert driven.end_s - log.time_s[-1] < 0.02
 
 
-def test_the_position_is_that_of_the_crank_to_a_step_of_the_encoder(log: MotorLog, driven: Drive) -> None:
+def test_the_position_is_that_of_the_crank_to_a_step_of_the_encoder(log: MotorLog, driven: MotorDrive) -> None:
     apart = log.position_rad - driven.turn.angle(log.time_s)
 
     assert np.ptp(apart) <= PULSE_RAD + 1e-9
@@ -52,7 +52,7 @@ def test_the_log_is_written_as_a_capture_writes_it(log: MotorLog, tmp_path: Path
     np.testing.assert_allclose(again.current_a, log.current_a, atol=6e-5)
 
 
-def test_the_commands_are_written_as_a_capture_writes_them(driven: Drive, tmp_path: Path) -> None:
+def test_the_commands_are_written_as_a_capture_writes_them(driven: MotorDrive, tmp_path: Path) -> None:
     save_commands(tmp_path / "dry.commands.csv", driven.commands)
     again = load_commands(tmp_path / "dry.commands.csv")
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from calib.capture.emulator import Emulator, pseudo_terminal
+from calib.capture.emulator import MotorEmulator, pseudo_terminal
 from calib.capture.functions import main
 from swimcal.motor_log import load_motor
 from swimcal.session import load_session
@@ -28,12 +28,12 @@ BAUD = 1_000_000
 
 
 @pytest.fixture
-def motor() -> Emulator:
-    return Emulator(load_nm=0.3)
+def motor() -> MotorEmulator:
+    return MotorEmulator(load_nm=0.3)
 
 
 @pytest.fixture
-def port(motor: Emulator) -> Iterator[str]:
+def port(motor: MotorEmulator) -> Iterator[str]:
     with pseudo_terminal(motor, BAUD) as path:
         yield path
 
@@ -54,7 +54,7 @@ def wait_for(what: Callable[[], bool], seconds: float = 20.0) -> bool:
     return what()
 
 
-def turning(motor: Emulator) -> bool:
+def turning(motor: MotorEmulator) -> bool:
     return motor["present_velocity"] > 80
 
 
@@ -80,7 +80,7 @@ def test_a_terminal_shows_speed_current_and_temperature_while_the_motor_turns(po
     assert "rows at" in lines[-1]
 
 
-def test_a_capture_over_a_terminal_is_a_session(port: str, motor: Emulator, tmp_path: Path) -> None:
+def test_a_capture_over_a_terminal_is_a_session(port: str, motor: MotorEmulator, tmp_path: Path) -> None:
     more = ("--seconds", "1", "--kind", "dry", "--role", "holdout")
     assert main(arguments(port, tmp_path / "pool", *more)) == 0
     (trial,) = load_session(tmp_path / "pool").trials
@@ -93,7 +93,7 @@ def test_a_capture_over_a_terminal_is_a_session(port: str, motor: Emulator, tmp_
     [(signal.SIGINT, 130, "stopped by Ctrl-C"), (signal.SIGTERM, 143, "stopped by SIGTERM")],
 )
 def test_a_signal_stops_the_motor_and_the_log_stays(
-    port: str, motor: Emulator, tmp_path: Path, number: int, code: int, reason: str
+    port: str, motor: MotorEmulator, tmp_path: Path, number: int, code: int, reason: str
 ) -> None:
     with started(port, tmp_path, "--seconds", "60") as process:
         assert wait_for(lambda: turning(motor))
@@ -105,7 +105,7 @@ def test_a_signal_stops_the_motor_and_the_log_stays(
 
 
 def test_a_killed_host_leaves_a_motor_that_the_watchdog_stops_and_a_readable_log(
-    port: str, motor: Emulator, tmp_path: Path
+    port: str, motor: MotorEmulator, tmp_path: Path
 ) -> None:
     with started(port, tmp_path, "--seconds", "60") as process:
         assert wait_for(lambda: turning(motor))
@@ -121,7 +121,7 @@ def test_a_killed_host_leaves_a_motor_that_the_watchdog_stops_and_a_readable_log
 
 
 def test_a_lost_cable_ends_with_a_motor_fault(
-    port: str, motor: Emulator, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    port: str, motor: MotorEmulator, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     threading.Timer(1.5, lambda: setattr(motor, "connected", False)).start()
     assert main(arguments(port, tmp_path, "--seconds", "60")) == 3
@@ -163,7 +163,7 @@ def test_scan_finds_the_motor_and_says_how_to_reach_it(port: str, capsys: pytest
 
 
 def test_scan_without_a_motor_says_what_to_look_at(
-    port: str, motor: Emulator, capsys: pytest.CaptureFixture[str]
+    port: str, motor: MotorEmulator, capsys: pytest.CaptureFixture[str]
 ) -> None:
     motor["model_number"] = 1170
     assert main(["scan", "--port", port, "--baud", str(BAUD)]) == 2

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from calib.capture import TrialResult
 from calib.capture.bus import Clock
-from calib.capture.emulator import Emulator
+from calib.capture.emulator import MotorEmulator
 from calib.capture.live import Live, show_nothing
 from calib.capture.trials import CaptureSettings, capture
 from tests.calib.motor.faults import Faults, FaultyEmulator
@@ -22,7 +22,7 @@ class Bench:
     `events` are called once their virtual time has come, between two exchanges.
     """
 
-    motor: Emulator
+    motor: MotorEmulator
     port: VirtualPort
     clock: VirtualClock
     messages: list[str] = field(default_factory=list)
@@ -50,5 +50,5 @@ def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e
     """A motor with factory settings at 1 Mbaud."""
     clock = VirtualClock()
     settings = {"clock": clock, "load_nm": load, "seed": seed}
-    motor = FaultyEmulator(faults, **settings) if faults else Emulator(**settings)
+    motor = FaultyEmulator(faults, **settings) if faults else MotorEmulator(**settings)
     return Bench(motor, VirtualPort(motor, latency_s), clock)

@@ -5,7 +5,7 @@ from enum import StrEnum
 from random import Random
 from typing import Any
 
-from calib.capture.emulator import EEPROM_END, Emulator
+from calib.capture.emulator import EEPROM_END, MotorEmulator
 
 
 class Fault(StrEnum):
@@ -44,22 +44,22 @@ class Faults:
     after: int = 0
 
 
-def raise_error(motor: Emulator, error: int) -> None:
+def raise_error(motor: MotorEmulator, error: int) -> None:
     """The motor finds a hardware error; an overload switches its torque off."""
     motor["hardware_error_status"] = error
     if error == OVERLOAD:
         motor["torque_enable"] = 0
 
 
-def power_cycle(motor: Emulator) -> None:
+def power_cycle(motor: MotorEmulator) -> None:
     """Takes its power away for a moment: what is not in EEPROM is lost, torque is off, its clock starts anew."""
-    fresh = Emulator(clock=motor.clock)
+    fresh = MotorEmulator(clock=motor.clock)
     motor._memory[EEPROM_END:] = fresh._memory[EEPROM_END:]
     motor._started_at = motor.clock()
 
 
-class FaultyEmulator(Emulator):
-    """A motor with faults around it. `happened` counts them; `settings` are those of the `Emulator`."""
+class FaultyEmulator(MotorEmulator):
+    """A motor with faults around it. `happened` counts them; `settings` are those of the `MotorEmulator`."""
 
     def __init__(self, faults: Faults, **settings: Any) -> None:
         super().__init__(**settings)
@@ -75,7 +75,7 @@ class FaultyEmulator(Emulator):
             return super().feed(b"")
         fault = self._draw()
         late_s = self._chance.uniform(0, LATEST_S) if fault is Fault.REPLY_LATE else 0.0
-        self.reply_delay_s = Emulator.reply_delay_s + late_s
+        self.reply_delay_s = MotorEmulator.reply_delay_s + late_s
         if fault in (Fault.INPUT_VOLTAGE, Fault.OVERLOAD):
             raise_error(self, INPUT_VOLTAGE if fault is Fault.INPUT_VOLTAGE else OVERLOAD)
         elif fault is Fault.POWER_CYCLE:

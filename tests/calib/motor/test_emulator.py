@@ -2,7 +2,16 @@ from __future__ import annotations
 
 import pytest
 
-from calib.capture.emulator import ALERT, ITEMS, Emulator, ErrorNumber, Instruction, Packet, PacketReader, encode
+from calib.capture.emulator import (
+    ALERT,
+    ITEMS,
+    BusPacket,
+    ErrorNumber,
+    Instruction,
+    MotorEmulator,
+    PacketReader,
+    encode,
+)
 from tests.calib.motor.virtual_port import VirtualClock
 
 
@@ -11,10 +20,10 @@ class Host:
 
     def __init__(self, load_nm: float = 0.0) -> None:
         self.clock = VirtualClock()
-        self.motor = Emulator(clock=self.clock, load_nm=load_nm)
+        self.motor = MotorEmulator(clock=self.clock, load_nm=load_nm)
 
     def ask(self, instruction: int, params: bytes = b"", to: int = 1) -> tuple[int, bytes] | None:
-        answers = PacketReader().push(self.motor.feed(encode(Packet(to, instruction, params))))
+        answers = PacketReader().push(self.motor.feed(encode(BusPacket(to, instruction, params))))
         if not answers:
             return None
         (answer,) = answers

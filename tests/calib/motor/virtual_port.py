@@ -5,7 +5,7 @@ import termios
 from collections import deque
 from collections.abc import Sequence
 
-from calib.capture.emulator import Emulator
+from calib.capture.emulator import MotorEmulator
 
 BITS_A_BYTE = 10
 SDK_WAIT_S = 0.034
@@ -35,7 +35,7 @@ class VirtualPort:
     that is no OSError.
     """
 
-    def __init__(self, device: Emulator, latency_s: float = 1e-3) -> None:
+    def __init__(self, device: MotorEmulator, latency_s: float = 1e-3) -> None:
         assert isinstance(device.clock, VirtualClock)
         self.device, self.clock, self.latency_s = device, device.clock, latency_s
         self.baudrate = 1_000_000

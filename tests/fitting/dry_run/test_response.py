@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run import DryResponse, Turn, simulate_response, simulate_turns, with_arm
+from fitting.dry_run import DryResponse, EvenTurn, simulate_response, simulate_turns, with_arm
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import NotEnoughData
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response
@@ -52,7 +52,7 @@ def test_the_same_turn_is_the_same_to_the_last_bit() -> None:
 
 def test_the_lead_tells_the_crank_from_the_even_turn() -> None:
     angle = np.linspace(0, 2 * np.pi, 180, endpoint=False)
-    turn = Turn(np.exp(1j * angle)[:, None], 0.1 * np.sin(angle))
+    turn = EvenTurn(np.exp(1j * angle)[:, None], 0.1 * np.sin(angle))
 
     assert turn.crank_rad(np.pi / 2) == pytest.approx(np.pi / 2 + 0.1)
     assert turn.crank_rad(2 * np.pi + 0.3) == pytest.approx(0.3 + 0.1 * np.sin(0.3), abs=1e-6)

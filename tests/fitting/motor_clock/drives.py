@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.motor_clock import MotorRecord, motor_record
-from fitting.motor_code import TailMotion
+from fitting.motor_code import LateralMotion
 from fitting.pool import tail_markers
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.mjcf import DRY, SWIM
@@ -75,23 +75,23 @@ def filmed(count: int, in_water: bool = False, seed: int = 0) -> tuple[Filmed, .
     return tuple(found)
 
 
-def tail_of(one: Filmed, noise: TrackingNoise | None = NOISE, seed: int = 0) -> TailMotion:
+def tail_of(one: Filmed, noise: TrackingNoise | None = NOISE, seed: int = 0) -> LateralMotion:
     """The tail's motion as tracked."""
     marker_m = one.marker_m
     if noise is not None:
         errors = lasting_errors(marker_m.shape, 1 / FPS, noise, np.random.default_rng(seed))
         marker_m = np.round(2 * (PX_PER_M * marker_m + errors)) / 2 / PX_PER_M
     lateral = to_head_frame(marker_m, 0, 1).shape_m[:, tail_markers(ROBOT, FISHSIM_MARKERS), 1]
-    return TailMotion(one.time_s, lateral, np.ones(lateral.shape, bool))
+    return LateralMotion(one.time_s, lateral, np.ones(lateral.shape, bool))
 
 
-def recorded(one: Filmed, tail: TailMotion | None = None, spec: TrialSpec | None = None) -> MotorRecord:
+def recorded(one: Filmed, tail: LateralMotion | None = None, spec: TrialSpec | None = None) -> MotorRecord:
     """What is made of a drive."""
     tail = tail_of(one) if tail is None else tail
     return motor_record(spec or one.spec, one.log, one.commands, tail, tail.time_s)
 
 
-def between(tail: TailMotion, start_s: float, end_s: float) -> TailMotion:
+def between(tail: LateralMotion, start_s: float, end_s: float) -> LateralMotion:
     """Filmed from and until a time only."""
     kept = (tail.time_s >= start_s) & (tail.time_s < end_s)
     return replace(tail, time_s=tail.time_s[kept], lateral_m=tail.lateral_m[kept], used=tail.used[kept])

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from tracking.identities import Motion
+from tracking.identities import MarkerMotion
 
 DIAMETER = np.full(4, 14.0)
 
 
-def carried_through(path: np.ndarray, seen: np.ndarray | None = None) -> tuple[Motion, list[np.ndarray]]:
+def carried_through(path: np.ndarray, seen: np.ndarray | None = None) -> tuple[MarkerMotion, list[np.ndarray]]:
     """A motion that took in places (n, m, 2), and what it predicted before each of them but the first."""
-    motion = Motion.begin(path[0], DIAMETER[: path.shape[1]])
+    motion = MarkerMotion.begin(path[0], DIAMETER[: path.shape[1]])
     said = []
     seen = np.ones(path.shape[:2], bool) if seen is None else seen
     for place, there in zip(path[1:], seen[1:], strict=True):
