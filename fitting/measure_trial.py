@@ -133,8 +133,12 @@ def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:
 
 
 def _cut_after(trial: MeasuredTrial) -> int:
-    """Return the frame from which on nothing counts, as the whole body jumps there, or the number of frames."""
+    """Return the frame from which on nothing counts, as the body jumps or the film stood still; or their number."""
     last = int(np.flatnonzero(trial.kept)[-1])
-    whole = [flag.frames for flag in trial.flags if flag.kind == "jump" and len(flag.markers) == len(trial.markers)]
+    whole = [
+        flag.frames
+        for flag in trial.flags
+        if flag.kind in ("jump", "frozen_marker") and len(flag.markers) == len(trial.markers)
+    ]
     since = [first - trial.first_frame for first, _ in filter(None, whole)]
     return min([frame for frame in since if frame > last], default=len(trial.kept))

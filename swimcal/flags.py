@@ -24,7 +24,7 @@ FLAG_KINDS: dict[str, str] = {
     "doubtful_box": "a start box may hold no marker",
     "damaged_video": "part of the video cannot be read",
     "few_frames": "markers move between two frames by more than half the distance to their neighbours",
-    "repeated_frames": "pictures of the video repeat the one before",
+    "repeated_frames": "frames repeat the one before",
     "no_lens": "the lens is not calibrated",
     "no_camera_height": "the camera's height is not known, so parallax is not undone",
     "lens_other_size": "the lens was calibrated for pictures of another size",

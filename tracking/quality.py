@@ -161,9 +161,10 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     """
     if unknown := [name for name in markers_of(tracks) if name not in layout.markers]:
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
-    findings = _findings(tracks, layout, floor_px)
     frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks))  # (n,)
-    believed = findings.present & ~findings.wrong & ~(frozen | repeated)[:, None]
+    harmed = frozen | repeated
+    findings = _findings(tracks.where(xr.zeros_like(tracks.time, bool) | ~harmed[: len(tracks.time)]), layout, floor_px)
+    believed = findings.present & ~findings.wrong
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     found = body_jumps(tracks.time.values, seen)
     # A jump out of a picture that stood still is flagged already.
@@ -172,10 +173,10 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     part = longest_part(len(frozen), sorted([*stopped, *(frame for frame, _ in jumps)]))
     believed[: part.start] = believed[part.stop :] = False
     flags = (
-        *flags_of(findings, names),
+        *flags_of(replace(findings, present=findings.present | harmed[:, None]), names),  # these have their own
         *frozen_flags(frozen, names, stopped, part),
         *jump_flags(jumps, part, names),
-        *repeat_flags(repeated),
+        *repeat_flags(repeated & ~frozen, seen),
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))

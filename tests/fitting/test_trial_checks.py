@@ -195,6 +195,28 @@ def test_a_fish_that_leaves_the_picture_does_not_stand_still() -> None:
     assert trial.time_s[trial.kept][-1] < 5.0
 
 
+@settings(deadline=None, max_examples=8)
+@given(
+    hz=st.floats(0.5, 1.6),
+    first=st.integers(9, 480),
+    copies=st.integers(1, 8),
+    stopped=st.booleans(),
+    role=st.sampled_from(["fit", "holdout"]),
+)
+def test_a_film_that_stands_still_for_a_moment_is_told(
+    hz: float, first: int, copies: int, stopped: bool, role: str
+) -> None:
+    """Whether the robot went on meanwhile or the film was stopped; only what is still right counts."""
+    time_s, true = swim(seconds=9.0, hz=hz)
+    after = true[first : len(true) - copies] if stopped else true[first + copies :]
+    trial = measured(
+        time_s, np.concatenate([true[:first], np.repeat(true[first - 1 : first], copies, axis=0), after]), role
+    )
+    assert {flag.kind for flag in trial.flags} & {"frozen_marker", "repeated_frames"}
+    assert trial.speed == pytest.approx(0.1, rel=0.03)
+    assert trial.frequency.hz == pytest.approx(hz, rel=1e-3 + (copies < 3) * stopped * 0.01)
+
+
 @pytest.mark.parametrize(
     "frames",
     [slice(60, None), slice(None, -8), slice(180, None), np.sin(2 * np.pi * np.arange(300) / 60.0) > 0],

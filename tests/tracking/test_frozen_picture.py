@@ -21,10 +21,24 @@ def test_a_picture_that_freezes_is_left_out_but_for_its_first_frame() -> None:
     assert "no marker moves for 9 frames" in flag.message
 
 
-def test_a_duplicated_frame_or_two_is_let_pass() -> None:
-    position = moving()
-    position[20:23] = position[20]
+@pytest.mark.parametrize("copies", [1, 2])
+@pytest.mark.parametrize("inserted", [True, False])
+def test_a_repeated_frame_or_two_is_left_out_and_told(copies: int, inserted: bool) -> None:
+    true = moving()
+    position = np.concatenate(
+        [true[:20], np.repeat(true[19:20], copies, axis=0), true[20 if inserted else 20 + copies :]]
+    )
+    repeated = repeated_rows(position)
+    assert list(np.flatnonzero(repeated)) == list(range(20, 20 + copies))
     assert not frozen_picture(position).any()
+    (flag,) = repeat_flags(repeated, position)
+    assert ("as if no time had passed" in flag.message) == inserted
+
+
+def test_markers_rounded_to_pixels_may_rest_together_without_repeating_a_frame() -> None:
+    slow = np.round(moving(200) * 0.05)
+    assert not repeated_rows(slow).any()
+    assert not frozen_picture(slow).any()
 
 
 def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
@@ -52,9 +66,9 @@ def test_tracks_that_are_stored_at_a_higher_rate_lose_the_copies(every: int) -> 
     copies = frames % every == every - 1
     position = moving(90)[frames - copies]
     np.testing.assert_array_equal(repeated_rows(position), copies & (frames > 0))
-    (flag,) = repeat_flags(repeated_rows(position))
+    (flag,) = repeat_flags(repeated_rows(position), position)
     assert f"{copies.sum()} of 90 frames repeat the one before" in flag.message
-    assert repeat_flags(repeated_rows(moving())) == []
+    assert repeat_flags(repeated_rows(moving()), moving()) == []
 
 
 def test_a_robot_that_slows_to_a_rest_is_not_frozen() -> None:

@@ -1,5 +1,6 @@
 import warnings
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import pytest
@@ -100,12 +101,15 @@ def with_gaps(position_px: np.ndarray, seed: int) -> np.ndarray:
     return gapped
 
 
-@pytest.mark.parametrize("seed", [20, 21, 22, *later(*range(23, 40))])
+@pytest.mark.parametrize("seeds", [range(20, 23), *later(range(23, 40))])
 @pytest.mark.parametrize("hz", [0.5, 1.0])
-def test_what_is_seen_counts_although_other_samples_are_missing(hz: float, seed: int) -> None:
-    position = with_gaps(swimming_fish(hz, seed), seed)
-    wrong = left_out(position) & np.isfinite(position).all(axis=2)
-    assert wrong.mean() <= 0.01
+def test_what_is_seen_counts_although_other_samples_are_missing(hz: float, seeds: range) -> None:
+    lost = []
+    for seed in seeds:
+        position = with_gaps(swimming_fish(hz, seed), seed)
+        lost.append(np.mean(left_out(position) & np.isfinite(position).all(axis=2)))
+    assert np.mean(lost) <= 0.005
+    assert max(lost) <= 0.015
 
 
 @pytest.mark.parametrize("kind", ["jump", *later("merge", "freeze", "hop", "swap")])
@@ -197,14 +201,16 @@ def test_a_short_leap_is_a_jump() -> None:
     assert "jumps, 16 px" in flag.message
 
 
-@pytest.mark.parametrize("k", [0, 1, 2])
-@pytest.mark.parametrize("seed", [6, *later(7, 8)])
-def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(k: int, seed: int) -> None:
-    position = swimming_fish(1.0, seed)
-    position[100:140, k] += [7.0, 9.0]
-    out = left_out(position)
-    assert out[100:140, k].all()
-    assert out.sum() == 40
+@pytest.mark.parametrize("seeds", [[6], *later(range(7, 22))])
+def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(seeds: Sequence[int]) -> None:
+    """In nine of ten cases, and no frame else."""
+    told = []
+    for seed, k in product(seeds, range(3)):
+        position = swimming_fish(1.0, seed)
+        position[100:140, k] += [7.0, 9.0]
+        out = left_out(position)
+        told.append(out[100:140, k].all() and out.sum() == 40)
+    assert np.mean(told) >= 0.9
 
 
 def test_every_sample_of_weight_0_is_in_a_flag_of_its_marker() -> None:
