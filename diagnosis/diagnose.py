@@ -364,7 +364,7 @@ def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
 
 
 @dataclass(frozen=True, eq=False)
-class RefittedEffects:
+class WeighedEffects:
     """Test of effects: the twin with them against the plain one, both refitted to the same swims.
 
     Attributes:
@@ -388,7 +388,7 @@ def weigh_effects(
     effects: Sequence[Effect],
     settings: Settings | None = None,
     tell: Progress = lambda _message, _share: None,
-) -> RefittedEffects:
+) -> WeighedEffects:
     """Refit the twin with the effects and weigh it against the plain one.
 
     Args:
@@ -421,7 +421,7 @@ def weigh_effects(
     tell("held-out swims", 0.9)
     pair = [forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values) for fit in (plain, best)]
     gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
-    return RefittedEffects(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
+    return WeighedEffects(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:

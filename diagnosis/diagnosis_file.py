@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.constants import FEWEST_TRIALS
-from diagnosis.diagnose import Diagnosis, RefittedEffects
+from diagnosis.diagnose import Diagnosis, WeighedEffects
 from diagnosis.refit import Refit, RidgeFit
 from diagnosis.result import (
     NONE,
@@ -97,7 +97,7 @@ def _stages(found: Diagnosis) -> dict[str, float]:
     return {stage: min(float(chances.any_present(own)), 1.0) for stage, own in of_stage.items()}
 
 
-def effect_test_result(found: RefittedEffects) -> EffectTestResult:
+def effect_test_result(found: WeighedEffects) -> EffectTestResult:
     """Return the record of a test of effects."""
     return EffectTestResult(
         effects=tuple(effect.name for effect in found.refit.effects),

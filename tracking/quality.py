@@ -163,7 +163,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
     frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks))  # (n,)
     harmed = frozen | repeated
-    findings = _findings(tracks.where(xr.zeros_like(tracks.time, bool) | ~harmed[: len(tracks.time)]), layout, floor_px)
+    findings = _findings(tracks, harmed, layout, floor_px)
     believed = findings.present & ~findings.wrong
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     found = body_jumps(tracks.time.values, seen)
@@ -176,14 +176,15 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
         *flags_of(replace(findings, present=findings.present | harmed[:, None]), names),  # these have their own
         *frozen_flags(frozen, names, stopped, part),
         *jump_flags(jumps, part, names),
-        *repeat_flags(repeated & ~frozen, seen),
+        *repeat_flags(repeated, seen),
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))
 
 
-def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Findings:
+def _findings(tracks: xr.Dataset, harmed: np.ndarray, layout: RobotSpec, floor_px: float) -> Findings:
     position_px = pixels_of(tracks) * [1.0, -1.0]  # (n, m, 2), y up: the robot frame seen from above
+    position_px[harmed] = np.nan
     place_m = layout.marker_positions_m(markers_of(tracks))  # (m, 3)
     present = np.isfinite(position_px).all(axis=2)
     findings = Findings.none(present, position_px)

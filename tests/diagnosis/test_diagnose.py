@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from diagnosis.diagnose import Diagnosis, RefittedEffects, Settings, _not_followed, diagnose, weigh_effects
+from diagnosis.diagnose import Diagnosis, Settings, WeighedEffects, _not_followed, diagnose, weigh_effects
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.linear_model import SessionData
@@ -136,7 +136,7 @@ def test_swims_that_the_found_effects_explain_are_no_longer_doubted(current_m_s:
     assert _not_followed(linear(), told) == lost
 
 
-def supposed(*names: str) -> RefittedEffects:
+def supposed(*names: str) -> WeighedEffects:
     effects = [catalogue()[name] for name in names]
     return weigh_effects(data(), effects, Settings("quick"))
 
