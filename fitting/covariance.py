@@ -24,7 +24,7 @@ from fitting.features import (
     marker_slice,
     places_of_slides,
 )
-from fitting.picture_scale import HEAD_BOX_M, HEAD_MARKER_M, box_columns
+from fitting.picture_scale import HEAD_BOX_M, box_columns, head_marker_columns
 from fitting.trial import HARMONICS
 from fitting.trial_model import Sensitivities, TrialModel
 from swimcal.mjcf import COEFFICIENT_BOUNDS
@@ -170,7 +170,7 @@ class Covariance:
         windows = [block.model for block in blocks]
         boxes = HEAD_BOX_M * box_columns(windows, sensitivities, [block.trial for block in blocks], only_head=True)
         known += boxes @ boxes.T
-        known += common([HEAD_MARKER_M * each.markers[:, head] for each in sensitivities])
+        known += common(list(map(head_marker_columns, windows, sensitivities)))
         observed = np.concatenate([block.model.reader.observed for block in blocks])
         return cls(
             apart(known, observed),

@@ -101,6 +101,7 @@ def measure_trial(
         turn=turn,
         beat=beat,
         logged_hz=None if motor is None else motor.logged_hz,
+        scale_length_m=camera.scale_length_m,
     )
     return _add_flags(in_role(trial, spec.role), weight > 0)
 

@@ -57,12 +57,39 @@ def of_boxes(length_m: float) -> float:
 def scale_sd(trial: MeasuredTrial, length_m: float) -> float:
     """Return the relative standard deviation of a swim's scale, by boxes and by the markers' places on the body.
 
+    Where session and robot disagree on the distance from nose to neck, either may be right.
+
     Args:
         trial: the swim.
-        length_m: distance from nose to neck, m.
+        length_m: distance from nose to neck of the robot, m.
     """
     count = 1 if trial.scale is None else len(trial.scale.names)
-    return float(np.hypot(of_boxes(length_m) / np.sqrt(count), np.sqrt(2) * HEAD_MARKER_M / length_m))
+    places_m = np.hypot(np.sqrt(2) * HEAD_MARKER_M, _farther_apart_m(trial, length_m))
+    return float(np.hypot(of_boxes(length_m) / np.sqrt(count), places_m / length_m))
+
+
+def _farther_apart_m(trial: MeasuredTrial, length_m: float) -> float:
+    """Return by how much nose and neck of a swim are farther apart by the session than by the robot, m."""
+    return 0.0 if trial.scale_length_m is None else trial.scale_length_m - length_m
+
+
+def head_marker_columns(model: TrialModel, sensitivities: Sensitivities) -> np.ndarray:
+    """Return the effect (k, 6) of where nose and neck sit on the body, by standard deviations.
+
+    A ruler lays them out, and a shift of either scales the picture. Where the session has them at another distance than
+    the robot, the session gives the scale, and one of the two sits elsewhere along the body than the robot says.
+
+    Args:
+        model: a window of a trial, of k features.
+        sensitivities: its sensitivities.
+    """
+    robot, markers = model.twin.robot, sensitivities.markers[:, model.places_of_head]  # (k, 4): x and y of each
+    nose_m, neck_m = robot.marker_positions_m(("nose", "neck"))[:, :2]
+    along = (neck_m - nose_m) / np.linalg.norm(neck_m - nose_m)
+    apart_m = _farther_apart_m(model.trial, robot.scale_length_m)
+    longer = sensitivities.scale / robot.scale_length_m
+    unscaled = np.column_stack([markers[:, :2] @ along, markers[:, 2:] @ along]) + longer * [-1.0, 1.0]
+    return np.hstack([HEAD_MARKER_M * markers, apart_m / np.sqrt(2) * unscaled])
 
 
 def _usual(scales: dict[str, float], name: str) -> float:

@@ -86,6 +86,7 @@ class MeasuredTrial:
         logged_hz: turns a second of the crank while it was driven, by its motor's log and clock; None without a log, or
             with one that may be another trial's.
         scale: the scale that the session's swims have in common; None where nose and neck of this one alone give it.
+        scale_length_m: distance from nose to neck by the session, which the scale goes by; None for the robot's own.
     """
 
     name: str
@@ -108,6 +109,7 @@ class MeasuredTrial:
     beat: SwimFrequency | None = None
     logged_hz: float | None = None
     scale: CommonScale | None = None
+    scale_length_m: float | None = None
 
     def __repr__(self) -> str:
         size = f"{len(self.markers)} markers, {len(self.time_s)} frames"

@@ -326,7 +326,7 @@ def how_far(found: DiagnosisResult) -> str:
     if not found.effect_parameters:
         return f"Nothing was added to the twin; on {trials} its errors are: {sizes}."
     if isnan(gap.shrinkage):
-        within = f"On {trials} the uncorrected twin is already within noise, so there is nothing to improve: {sizes}."
+        within = f"On {trials} the markers of the uncorrected twin hardly exceed noise; errors change so: {sizes}."
         return f"{within} Do not use the effects for forecasts." if gap.frequency_grows else within
     warning = "" if gap.improves and not gap.frequency_grows else " Do not use it for forecasts."
     return f"On {trials}: {sizes}; {_how_surely(gap)}.{warning}"

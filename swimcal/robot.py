@@ -33,6 +33,7 @@ HalfSize = tuple[Length, Length, Length]
 # Much below, a fit takes days; much above, motions at 6 Hz have less than 20 steps a beat.
 TIME_STEP_S = 0.0045
 SHORTEST_STEP_S = 1e-4
+_SAME_LENGTH = 1e-6  # relative difference of two lengths by rounding
 TimeStep = Annotated[float, Field(ge=SHORTEST_STEP_S, le=0.01)]
 
 
@@ -334,6 +335,16 @@ class RobotSpec(TomlTable):
     def scale_length_m(self) -> float:
         """Distance from nose to neck, the length scale of every video, m."""
         return float(np.linalg.norm(np.subtract(self.markers["neck"].position_m, self.markers["nose"].position_m)[:2]))
+
+    def with_scale_length(self, length_m: float) -> "RobotSpec":
+        """Return the robot with its neck marker so far from the nose, m, in the same direction."""
+        ratio = length_m / self.scale_length_m
+        if abs(ratio - 1) < _SAME_LENGTH:
+            return self
+        (nose, neck), height_m = self.marker_positions_m(HEAD_MARKERS)[:, :2], self.markers["neck"].position_m[2]
+        place = (*map(float, nose + ratio * (neck - nose)), height_m)
+        moved = self.markers["neck"].model_copy(update={"position_m": place})
+        return self.model_copy(update={"markers": {**self.markers, "neck": moved}})
 
     @property
     def length_m(self) -> float:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 _LONGEST = 120  # characters of a value in a message
-_FORM = 28  # version of the files and of the computation
+_FORM = 29  # version of the files and of the computation
 
 
 Found = TypeVar("Found")
@@ -247,7 +247,9 @@ class DiagnosisStage(Stage):
 
         job = self._job
         markers = self._fit.trials[0].markers
-        twin = Twin(job.robot, markers, workers=job.options.workers)
+        # The neck is as far from the nose as the session says: no scale would explain another distance.
+        robot = job.robot.with_scale_length(job.session.camera.scale_length_m)
+        twin = Twin(robot, markers, workers=job.options.workers)
         known = discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy
 
         def of(fit: FitStage, camera: CameraSpec, recordings: Recordings) -> SessionData:

@@ -1,12 +1,17 @@
 """One camera has one scale: what boxes do to nose and neck of one swim does not make that swim faster."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.picture_scale import with_common_scale
+from fitting.picture_scale import at_scale, head_marker_columns, scale_sd, with_common_scale
 from fitting.trial import MeasuredTrial
+from fitting.trial_model import TrialModel, sensitivities_together
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 from tests.fitting.swims import MARKERS, by_hand, filmed, head_frame_of, straight_swim
 
 LENGTH_M = 0.142
@@ -82,3 +87,51 @@ def test_of_two_fitted_swims_that_disagree_both_are_flagged() -> None:
     found = with_common_scale(swims([0.0, 0.2]), LENGTH_M)
     assert [kinds(trial) for trial in found] == [["scale_apart"]] * 2
     assert [trial.speed for trial in found] == [0.1, 0.1 * np.exp(0.2)]
+
+
+AT = np.array(PLAUSIBLE_COEFFICIENTS, float)
+
+
+def model_of(trial: MeasuredTrial, length_m: float | None) -> TrialModel:
+    """The twin as described, beside a swim of a session with that distance from nose to neck."""
+    return TrialModel.of(exact_twin(1), replace(trial, scale_length_m=length_m))
+
+
+def columns_of(model: TrialModel) -> np.ndarray:
+    return head_marker_columns(model, sensitivities_together([model], AT)[0])
+
+
+@pytest.fixture(scope="module")
+def swum() -> MeasuredTrial:
+    return exact_swims(hz=(1.0,), seconds=4.0)[0]
+
+
+@pytest.mark.parametrize("off", [-0.05, 0.03])
+def test_a_neck_that_sits_elsewhere_moves_features_as_a_robot_made_so(swum: MeasuredTrial, off: float) -> None:
+    other = ROBOT.with_scale_length((1 + off) * ROBOT.scale_length_m)
+    column = columns_of(model_of(swum, other.scale_length_m))[:, -1] * np.sqrt(2)
+    plain, moved = (
+        TrialModel.of(exact_twin(1).of_robot(robot), swum).simulated(AT[None])[0] for robot in (ROBOT, other)
+    )
+    assert column == pytest.approx(moved - plain, abs=0.05 * np.abs(moved - plain).max())
+    assert np.abs(moved - plain).max() > 0.8 * abs(off) * ROBOT.scale_length_m
+
+
+@pytest.mark.parametrize("off", [-0.08, 0.055])
+def test_a_scale_that_is_off_is_among_what_nose_and_neck_explain(swum: MeasuredTrial, off: float) -> None:
+    enlarged = at_scale(swum, (1 + off) * swum.metres_per_px)
+    model = model_of(swum, (1 + off) * ROBOT.scale_length_m)
+    change = TrialModel.of(exact_twin(1), enlarged).measured - TrialModel.of(exact_twin(1), swum).measured
+    explained = [
+        columns @ np.linalg.lstsq(columns, change)[0] for columns in (columns_of(model), columns_of(model)[:, :4])
+    ]
+    left, as_before = (np.linalg.norm(change - each) / np.linalg.norm(change) for each in explained)
+    assert left < 0.02
+    assert as_before > 0.15  # by errors of a ruler alone, however large
+
+
+def test_where_session_and_robot_agree_nothing_is_added(swum: MeasuredTrial) -> None:
+    alike, unknown = (columns_of(model_of(swum, length_m)) for length_m in (ROBOT.scale_length_m, None))
+    assert np.array_equal(alike, unknown)
+    assert not alike[:, 4:].any()
+    assert scale_sd(swum, LENGTH_M) < 0.03 < scale_sd(replace(swum, scale_length_m=0.15), LENGTH_M)

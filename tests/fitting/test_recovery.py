@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fitting.coefficient_fit import fit_coefficients
 from fitting.measure_trial import measure_trial
+from fitting.picture_scale import at_scale
 from fitting.published import Swims
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
@@ -32,6 +34,23 @@ def test_without_noise_all_five_are_recovered_from_starts_all_over_the_box() -> 
     assert off[4] < 0.15  # Magnus lift moves the markers least, and Kutta lift roughens the twin
     assert all(np.linalg.norm(end.start / TRUTH - 1) > 0.5 for end in fit.ends)
     assert fit.flags == ()
+
+
+@pytest.mark.parametrize("off", later(-0.08, 0.05))
+def test_a_session_with_another_scale_than_its_robot_spoils_no_coefficient(off: float) -> None:
+    length_m, swims = (1 + off) * ROBOT.scale_length_m, exact_swims(hz=(0.7, 1.2), seconds=4.5)
+    seen = [replace(at_scale(swim, (1 + off) * swim.metres_per_px), scale_length_m=length_m) for swim in swims]
+    fit, _ = fit_coefficients(seen, exact_twin(), (), starts=1)
+    assert np.array(fit.coefficients[:4]) == pytest.approx(TRUTH[:4], rel=0.02)
+
+
+@pytest.mark.parametrize("off", later(-0.05))
+def test_nor_does_a_robot_described_with_another_neck_than_it_has(off: float) -> None:
+    real = ROBOT.with_scale_length((1 + off) * ROBOT.scale_length_m)
+    swims = exact_swims(hz=(0.7, 1.2), seconds=4.5, robot=real)
+    seen = [replace(swim, scale_length_m=real.scale_length_m) for swim in swims]
+    fit, _ = fit_coefficients(seen, exact_twin(), (), starts=1)
+    assert np.array(fit.coefficients[:4]) == pytest.approx(TRUTH[:4], rel=0.02)
 
 
 def measured(move: Callable[[np.ndarray], np.ndarray], hz: float = 1.0, seconds: float = 5.0) -> MeasuredTrial:
