@@ -46,6 +46,7 @@ _SHORT_BEATS = 1.5  # beats below which a window is short
 _WELL_SEEN = 0.9  # share of the compared frames from which on it is not the markers that are lacking
 _BRIDGED = 0.25  # least share of the scored frames with nose and neck, so that what is between is bridged
 _LEAST_FRAMES = 29  # least compared frames: twice what a path, its harmonics and noise need, and one
+_AND_KNOWN = {"fit": "", "holdout": " and the first beats of a held-out trial"}  # what else is not compared, by role
 _FRAMES_A_BEAT = 2 * HARMONICS + 1  # least frames of a beat
 SCORED_S = 4.0  # time of each trial after warm-up over which the published distance is taken
 
@@ -382,7 +383,8 @@ def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray
     if len(seen) < _LEAST_FRAMES:
         raise NotEnoughData(
             f"trial {trial.name}: {time_s[-1]:.2f} s leave {len(seen)} frames with nose and neck after {warmup_s:g} s "
-            f"of warm-up; at least {_LEAST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
+            f"of warm-up{_AND_KNOWN[role]}; at least {_LEAST_FRAMES} are needed: shorten [fit] warmup_s or record "
+            f"longer{_lost_frames(trial)}"
         )
     a_beat = 1 / (trial.frequency.hz * float(np.median(np.diff(time_s))))
     if a_beat < _FRAMES_A_BEAT:
@@ -391,6 +393,12 @@ def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray
             "are needed: film it with more frames a second"
         )
     return kept
+
+
+def _lost_frames(trial: MeasuredTrial) -> str:
+    """Tell which faults of the whole picture took frames from a trial; empty without any."""
+    faults = [flag.message for flag in trial.flags if flag.message and len(flag.markers) == len(trial.markers)]
+    return f". Frames are lost as {'; '.join(faults)}" if faults else ""
 
 
 def _may_be_compared(role: str, time_s: np.ndarray, warmup_s: float, known: np.ndarray) -> np.ndarray:
@@ -417,7 +425,8 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
             if usable.min() > _WELL_SEEN * frames.sum():
                 raise NotEnoughData(
                     f"trial {trial.name}: too short: {int(frames.sum())} frames are left after {trial.warmup_s:g} s of "
-                    "warm-up, too few for the harmonics of a beat. Record longer, or shorten [fit] warmup_s"
+                    f"warm-up{_AND_KNOWN[trial.role]}, too few for the harmonics of a beat. Record longer, or shorten "
+                    f"[fit] warmup_s{_lost_frames(trial)}"
                 )
             counts = ", ".join(
                 f"{trial.markers[marker]} {count}" for marker, count in zip(concerned, usable.tolist(), strict=True)

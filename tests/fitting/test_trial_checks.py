@@ -306,6 +306,13 @@ def test_a_trial_that_cannot_be_read_says_why(change: Callable[[np.ndarray], np.
         measured(time_s[: len(changed)], changed)
 
 
+def test_a_stopped_film_that_leaves_too_little_of_a_held_out_trial_is_the_reason_told() -> None:
+    time_s, position_px = swim(4.0)
+    position_px[160:] = position_px[159]
+    with pytest.raises(NotEnoughData, match=r"first beats of a held-out trial.*video stands still"):
+        measured(time_s, position_px, "holdout")
+
+
 def test_a_fast_beat_is_found_and_too_few_frames_for_it_are_refused() -> None:
     assert measured(*swim(hz=7.0, fps=60.0)).frequency.hz == pytest.approx(7.0, rel=0.01)
     with pytest.raises(NotEnoughData, match="frames a beat"):
