@@ -84,6 +84,11 @@ class ReferenceSession:
         pairs = {
             "robot": (self.job.robot, job.robot, "another robot than the reference's"),
             "markers": (own.markers, other.markers, "other markers than the reference's"),
+            "camera.scale_length_m": (
+                round(own.camera.scale_length_m, 5),
+                round(other.camera.scale_length_m, 5),
+                "another distance from nose to neck than the reference's, so that all lengths would differ",
+            ),
             "camera.calibration": (
                 own.camera.calibration,
                 other.camera.calibration,

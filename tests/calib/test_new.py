@@ -16,7 +16,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimcal.session import load_session
 from swimsynth.session import read_truth
-from tests.calib.door import ROOT, Front, assert_reports
+from tests.calib.door import ROOT, Front, assert_reports, edit
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 
@@ -180,6 +180,11 @@ def test_a_reference_must_be_another_session_of_the_same_robot(calib: Front, own
     heavy.write_text(usual.read_text().replace("density_kg_m3 = 1000.0", "density_kg_m3 = 1025.0", 1))
     other = front.new_session(tmp_path / "other", robot=heavy, **given)
     assert_reports(calib("diagnose", other, "--reference", session), "another robot than the reference's")
+    third = front.new_session(tmp_path / "third", **given)
+    edit(third / "session.toml", "scale_length_m = 0.142", "scale_length_m = 0.145")
+    assert_reports(
+        calib("diagnose", third, "--reference", session), "scale_length_m", "another distance from nose to neck"
+    )
     assert not (other / "results" / "calibration.json").exists()
     assert not (session / "results" / "calibration.json").exists()
 
