@@ -189,11 +189,11 @@ def _check_units(
     Times in another unit than seconds make them differ too, and readings lie far apart.
     """
     spacing = float(np.median(np.diff(time_s)))
-    if spacing > _SELDOM:
-        _add_other_time(faults, f"a reading every {spacing:.3g} s")
-        return
     speed, moved = np.abs(velocity[1:]), np.abs(np.diff(position)) / np.diff(time_s)
     known = np.isfinite(speed) & np.isfinite(moved)
+    if spacing > (_SELDOM if known.any() else _SLOW):
+        _add_other_time(faults, f"a reading every {spacing:.3g} s")
+        return
     if not known.any() or not (fast := float(np.percentile(speed[known], 90))):
         return
     moving = known & (speed > fast / 2)

@@ -279,7 +279,7 @@ def read_plain(table: RawTable) -> ForeignTracks:
     """
     faults = FaultCollector(table.file)
     header = [name.strip() for name in table.header or ()]
-    markers, when = _markers(header, faults), _when(header)
+    markers, when = _markers(header, faults), _when(header, table.rows)
     if not markers:
         known = f"{TIME}, and x and y of each marker: nose_x, nose_y, …"
         faults.add(table.file and "line 1", "not a header of tracks", found=shown(",".join(header)), expected=known)
@@ -303,7 +303,26 @@ def read_plain(table: RawTable) -> ForeignTracks:
         else:
             time_s = values[:, when] * (1e-3 if name in IN_MILLISECONDS else 1.0)
             _check_milliseconds(header[when], values[:, when], faults)
+    else:
+        _check_unused(header, values, {column for columns in markers.values() for column in columns.values()}, faults)
     return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
+
+
+def _check_unused(header: list[str], values: np.ndarray, used: set[int], faults: FaultCollector) -> None:
+    """Check that no other column (n, columns) of a table without a known time grows from row to row, as times do.
+
+    Raises:
+        InputError: one does, with the faults before.
+    """
+    for column in set(range(len(header))) - used:
+        times = values[:, column]
+        steps = np.diff(times[np.isfinite(times)])
+        if len(steps) >= len(times) / 2 and (steps >= 0).all() and (steps > 0).mean() > 1 / 2:
+            found = f"{times[0]:.10g}, {times[1]:.10g}, …"
+            step = f"If it tells when, name it {TIME}, time_ms or frame by its unit; else remove it."
+            what = f"column {header[column]!r} has no known name, but grows as a time does"
+            faults.add("line 1", what, found=found, expected="a time under its own name", next_step=step)
+    faults.raise_if_any()
 
 
 def _check_milliseconds(name: str, times: np.ndarray, faults: FaultCollector) -> None:
@@ -373,12 +392,15 @@ def _has_place(name: str, found: dict[str, dict[int, int]], header: list[str], f
     return False
 
 
-def _when(header: list[str]) -> int | None:
-    """Return the column of the time, or else that of the frame number; None if there is neither."""
+def _when(header: list[str], rows: Sequence[Row]) -> int | None:
+    """Return the column of the time, or else that of the frame number; None if there is neither.
+
+    A separator at the end of each row makes an empty column without a name, which counts nothing.
+    """
     lower = [name.lower() for name in header]
     for names in (IN_SECONDS, IN_MILLISECONDS, FRAMES):
         for column, name in enumerate(lower):
-            if name in names:
+            if name in names and (name or any("".join(row.cells[column : column + 1]) for row in rows)):
                 return column
     return None
 

@@ -165,6 +165,13 @@ def test_times_in_another_unit_than_seconds_are_refused(tmp_path: Path, per_s: f
         read(tmp_path, TURN * TURNS, velocity=velocity, time_s=per_s * TIME_S)
 
 
+@pytest.mark.parametrize("a_second", [250.0, 1000.0])
+def test_milliseconds_of_a_fast_log_without_velocities_are_refused(tmp_path: Path, a_second: float) -> None:
+    time_s = np.arange(3000) / a_second
+    with pytest.raises(InputError, match="time_s is not in seconds"):
+        read(tmp_path, TURN * time_s, velocity=np.full(len(time_s), np.nan), time_s=1e3 * time_s)
+
+
 @pytest.mark.parametrize(
     ("name", "choice"),
     [("position", "position_deg"), ("position_mm", "position_ticks"), ("position_degrees", "position_deg")],

@@ -49,6 +49,40 @@ def test_times_by_other_names_units_and_roundings_are_the_same(
     np.testing.assert_allclose(pixels_of(tracks), PLACES)
 
 
+@pytest.mark.parametrize(
+    ("name", "times"),
+    [
+        ("time_us", [f"{20000 * k}" for k in range(30)]),
+        ("Zeit", SECONDS),
+        ("frame#", [f"{k + k // 6}" for k in range(30)]),
+        ("elapsed", [f"{(k - k % 2) / 60:.4f}" if k > 20 else f"{k / 60:.4f}" for k in range(30)]),
+    ],
+)
+def test_a_time_by_an_unknown_name_is_not_passed_over(tmp_path: Path, name: str, times: list[str]) -> None:
+    with pytest.raises(InputError, match=f"column '{name}' has no known name, but grows.*time_s, time_ms or frame"):
+        import_tracks(table(tmp_path / "t.csv", head(name), times), MARKERS, fps=60.0)
+
+
+def test_other_columns_beside_no_time_or_a_known_one_are_passed_over(tmp_path: Path) -> None:
+    noise = [f"{np.sin(k):.3f}" for k in range(30)]
+    tracks = import_tracks(table(tmp_path / "t.csv", head("heading"), noise), MARKERS, fps=60.0)
+    np.testing.assert_allclose(pixels_of(tracks), PLACES)
+    both = [f"{time},{k}" for k, time in enumerate(SECONDS)]
+    tracks = import_tracks(table(tmp_path / "t.csv", head("time_s,count"), both), MARKERS)
+    assert tracks.fps == pytest.approx(60, rel=1e-3)
+
+
+@pytest.mark.parametrize("first", ["time_s,", ""])
+def test_a_separator_at_the_end_of_each_row_makes_no_column(tmp_path: Path, first: str) -> None:
+    lines = [[*first.split(",")[:-1], *head("")[1:], ""]]
+    lines += [
+        [*([time] if first else []), *map(str, row.ravel()), ""] for time, row in zip(SECONDS, PLACES, strict=True)
+    ]
+    (tmp_path / "t.csv").write_text("\n".join(map(",".join, lines)) + "\n")
+    tracks = import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
+    np.testing.assert_allclose(pixels_of(tracks), PLACES)
+
+
 @pytest.mark.parametrize("separator", [";", "\t", " "])
 def test_other_separators_and_a_comment_above_are_read(tmp_path: Path, separator: str) -> None:
     file = table(tmp_path / "t.txt", head("time_s"), SECONDS, separator, "# exported\n")
