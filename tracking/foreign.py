@@ -348,7 +348,9 @@ def check_names(
         faults.add("", f"no {word} {missing[0]!r}", choices=tuple(theirs), next_step=hint)
         return
     free = [name for name in theirs if name not in markers]
-    pairs = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
+    alike = {_letters(name): name for name in free}
+    same = [f"{alike[_letters(name)]}={name}" for name in missing if _letters(name) in alike]
+    pairs = ",".join(same) if len(same) == len(missing) else f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
     plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
     faults.add(
         "",
@@ -359,6 +361,11 @@ def check_names(
         expected=", ".join(markers),
         next_step=f"Give the others their names, in order of the body: `--rename {pairs}`, or rename them in the file.",
     )
+
+
+def _letters(name: str) -> str:
+    """Return a name as small letters and digits alone."""
+    return "".join(filter(str.isalnum, name.lower()))
 
 
 def checked_tracks(

@@ -158,6 +158,14 @@ def test_other_names_are_one_fault_with_both_lists_and_can_be_renamed(tmp_path: 
         import_tracks(file, MARKERS, rename={"d": "nose"})
 
 
+def test_names_in_other_letters_are_paired_by_what_they_say(tmp_path: Path) -> None:
+    titled = [
+        name.replace("neck", "Neck").replace("nose", "NOSE").replace("tail_1", "Tail 1") for name in head("time_s")
+    ]
+    with pytest.raises(InputError, match="--rename NOSE=nose,Neck=neck,Tail 1=tail_1`"):
+        import_tracks(table(tmp_path / "t.csv", titled, SECONDS), MARKERS)
+
+
 def test_places_in_metres_are_asked_about(tmp_path: Path) -> None:
     rows = [",".join([time, *map(str, (row / 950).ravel())]) for time, row in zip(SECONDS, PLACES, strict=True)]
     (tmp_path / "t.csv").write_text("\n".join([",".join(head("time_s")), *rows]))
