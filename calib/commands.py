@@ -393,7 +393,8 @@ def doctor(
         print(found.to_json(orient="index", indent=1))
     for check, (state, what, step) in [] if as_json else found.iterrows():
         mark = {"ok": "ok    ", "advice": "advice", "fault": "FAULT "}[state]
-        told = f"{what if what.endswith(('.', '?')) else what + '.'} {step}" if step else what
+        end = "" if what.endswith((".", "?")) else "."
+        told = f"{what}{end} {step}" if step else what
         print(f"{mark} {check}: {told}")
     if (found.state == "fault").any():
         raise typer.Exit(2)

@@ -4,8 +4,8 @@ Nose and neck give each swim a scale: in the picture they are as far apart as th
 millimetres off its marker. One camera that nobody moved has one scale, so `with_common_scale` gives every swim the mean
 over the fitted ones. A swim whose own scale is too far from the others' for boxes keeps its own, with a flag.
 
-`box_columns` is the other half: by how much an error of each box moves the features of each trial, now that the boxes
-of nose and neck of one trial scale the others too.
+Two functions tell what errors do to features: `box_columns` those of each box, now that the boxes of nose and neck of
+one trial scale the others too, and `head_marker_columns` those of where nose and neck sit on the body.
 """
 
 from collections.abc import Sequence
@@ -17,6 +17,7 @@ from fitting.pool import CommonScale
 from fitting.trial import MeasuredTrial, laid_on_pool
 from fitting.trial_model import Sensitivities, TrialModel
 from swimcal.flags import Flag
+from swimcal.session_file import HEAD_MARKERS
 
 HEAD_MARKER_M = 0.0015
 """Standard deviation of nose and neck from their places on the body, where a ruler lays them out, m."""
@@ -74,17 +75,18 @@ def _farther_apart_m(trial: MeasuredTrial, length_m: float) -> float:
 
 
 def head_marker_columns(model: TrialModel, sensitivities: Sensitivities) -> np.ndarray:
-    """Return the effect (k, 6) of where nose and neck sit on the body, by standard deviations.
+    """Return the effect (k, 6) on features of where nose and neck sit on the body, by standard deviations.
 
-    A ruler lays them out, and a shift of either scales the picture. Where the session has them at another distance than
-    the robot, the session gives the scale, and one of the two sits elsewhere along the body than the robot says.
+    A ruler lays them out, and a shift of either scales the picture: columns of the nose's x and y and the neck's. Where
+    the session has them at another distance than the robot, the session gives the scale, and nose or neck sits that far
+    off along the body, the picture's scale being the same: a column of each, 0 where the two agree.
 
     Args:
         model: a window of a trial, of k features.
         sensitivities: its sensitivities.
     """
     robot, markers = model.twin.robot, sensitivities.markers[:, model.places_of_head]  # (k, 4): x and y of each
-    nose_m, neck_m = robot.marker_positions_m(("nose", "neck"))[:, :2]
+    nose_m, neck_m = robot.marker_positions_m(HEAD_MARKERS)[:, :2]
     along = (neck_m - nose_m) / np.linalg.norm(neck_m - nose_m)
     apart_m = _farther_apart_m(model.trial, robot.scale_length_m)
     longer = sensitivities.scale / robot.scale_length_m

@@ -39,6 +39,7 @@ _SPARSE_SHARE = 0.3
 # Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
 _SELDOM = 5.0
 _SLOW = 0.5  # readings may be so far apart, but hardly ever are
+_CREEPING = 0.02 * TURN  # rad/s; with such readings a crank that turns slower is one whose times are in another unit
 _PER_SECOND = (1e3, 1e6, 1e9)
 # Readings count as missing where two are further apart than this many times the usual spacing.
 _GAP = 3.0
@@ -191,7 +192,8 @@ def _check_units(
     spacing = float(np.median(np.diff(time_s)))
     speed, moved = np.abs(velocity[1:]), np.abs(np.diff(position)) / np.diff(time_s)
     known = np.isfinite(speed) & np.isfinite(moved)
-    if spacing > (_SELDOM if known.any() else _SLOW):
+    creeps = not known.any() and (moved > 0).any() and np.median(moved[moved > 0]) < _CREEPING
+    if spacing > _SELDOM or (spacing > _SLOW and creeps):
         _add_other_time(faults, f"a reading every {spacing:.3g} s")
         return
     if not known.any() or not (fast := float(np.percentile(speed[known], 90))):

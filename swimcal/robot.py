@@ -33,8 +33,8 @@ HalfSize = tuple[Length, Length, Length]
 # Much below, a fit takes days; much above, motions at 6 Hz have less than 20 steps a beat.
 TIME_STEP_S = 0.0045
 SHORTEST_STEP_S = 1e-4
-_SAME_LENGTH = 1e-6  # relative difference of two lengths by rounding
 TimeStep = Annotated[float, Field(ge=SHORTEST_STEP_S, le=0.01)]
+_SAME_LENGTH = 1e-6  # relative difference of two lengths by rounding
 
 
 def _raise_together(faults: Iterable[InitErrorDetails]) -> None:
@@ -337,7 +337,11 @@ class RobotSpec(TomlTable):
         return float(np.linalg.norm(np.subtract(self.markers["neck"].position_m, self.markers["nose"].position_m)[:2]))
 
     def with_scale_length(self, length_m: float) -> "RobotSpec":
-        """Return the robot with its neck marker so far from the nose, m, in the same direction."""
+        """Return the robot with its neck marker at another distance from the nose, in the same direction.
+
+        Args:
+            length_m: that distance seen from above, m; the robot itself is returned where it differs by rounding alone.
+        """
         ratio = length_m / self.scale_length_m
         if abs(ratio - 1) < _SAME_LENGTH:
             return self

@@ -350,7 +350,8 @@ def check_names(
     free = [name for name in theirs if name not in markers]
     alike = {_letters(name): name for name in free}
     same = [f"{alike[_letters(name)]}={name}" for name in missing if _letters(name) in alike]
-    pairs = ",".join(same) if len(same) == len(missing) else f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
+    some = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
+    pairs = ",".join(same) if len(same) == len(missing) else some
     plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
     faults.add(
         "",

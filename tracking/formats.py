@@ -309,7 +309,13 @@ def read_plain(table: RawTable) -> ForeignTracks:
 
 
 def _check_unused(header: list[str], values: np.ndarray, used: set[int], faults: FaultCollector) -> None:
-    """Check that no other column (n, columns) of a table without a known time grows from row to row, as times do.
+    """Check that no unused column of a table without a known time grows from row to row, as times do.
+
+    Args:
+        header: names of the columns.
+        values: (n, columns) of n rows.
+        used: indices of the markers' columns.
+        faults: receives what is wrong.
 
     Raises:
         InputError: one does, with the faults before.
@@ -317,7 +323,7 @@ def _check_unused(header: list[str], values: np.ndarray, used: set[int], faults:
     for column in set(range(len(header))) - used:
         times = values[:, column]
         steps = np.diff(times[np.isfinite(times)])
-        if len(steps) >= len(times) / 2 and (steps >= 0).all() and (steps > 0).mean() > 1 / 2:
+        if 0 < len(times) / 2 <= len(steps) and (steps >= 0).all() and (steps > 0).mean() > 1 / 2:
             found = f"{times[0]:.10g}, {times[1]:.10g}, …"
             step = f"If it tells when, name it {TIME}, time_ms or frame by its unit; else remove it."
             what = f"column {header[column]!r} has no known name, but grows as a time does"

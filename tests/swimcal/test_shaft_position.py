@@ -165,6 +165,12 @@ def test_times_in_another_unit_than_seconds_are_refused(tmp_path: Path, per_s: f
         read(tmp_path, TURN * TURNS, velocity=velocity, time_s=per_s * TIME_S)
 
 
+def test_seconds_of_a_log_read_once_a_second_without_velocities_are_taken(tmp_path: Path) -> None:
+    time_s = np.arange(300.0)
+    log = read(tmp_path, 0.3 * TURN * time_s, velocity=np.full(300, np.nan), time_s=time_s)
+    np.testing.assert_allclose(log.position_rad, 0.3 * TURN * time_s, atol=1e-3)
+
+
 @pytest.mark.parametrize("a_second", [250.0, 1000.0])
 def test_milliseconds_of_a_fast_log_without_velocities_are_refused(tmp_path: Path, a_second: float) -> None:
     time_s = np.arange(3000) / a_second

@@ -63,6 +63,12 @@ def test_a_time_by_an_unknown_name_is_not_passed_over(tmp_path: Path, name: str,
         import_tracks(table(tmp_path / "t.csv", head(name), times), MARKERS, fps=60.0)
 
 
+def test_a_header_without_rows_is_refused_in_our_words(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(",".join(head("Zeit")) + "\n")
+    with pytest.raises(InputError):
+        import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
+
+
 def test_other_columns_beside_no_time_or_a_known_one_are_passed_over(tmp_path: Path) -> None:
     noise = [f"{np.sin(k):.3f}" for k in range(30)]
     tracks = import_tracks(table(tmp_path / "t.csv", head("heading"), noise), MARKERS, fps=60.0)
