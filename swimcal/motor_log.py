@@ -36,6 +36,8 @@ _OFF_TURNS = 0.1
 _ONE_TURN = 1.01
 # Share of steps beyond half a turn: above it, the shaft itself makes them between two readings.
 _SPARSE_SHARE = 0.3
+# Turns between two readings above which it cannot be told which way round the shaft went.
+_HALF_TURN = 0.4
 # Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
 _SELDOM = 5.0
 _SLOW = 0.5  # readings may be so far apart, but hardly ever are
@@ -257,24 +259,29 @@ def continuous_position(
         faults: receives a fault where a position within one turn is read too seldom to be unwrapped.
     """
     seen = np.flatnonzero(np.isfinite(position_rad))
+    seen = seen[_fresh(position_rad[seen])]
     if len(seen) < _WINDOW:
         return ShaftPosition(position_rad, ())
     turns, times = position_rad[seen] / TURN, time_s[seen]
-    near = _running_median(turns, "mirror")
+    gaps = np.flatnonzero(np.diff(times) > _GAP * np.median(np.diff(times))) + 1
+    near = np.concatenate([_running_median(stretch) for stretch in np.split(turns, gaps)])
     step = np.diff(turns)  # where the shaft is fast; jumps of the counter do not count
     usual = float(max(np.percentile(np.abs(step - np.round(step)), 90), np.median(np.abs(step))))
-    strange = np.abs(turns - near) > _OFF_TURNS + 1.5 * _WINDOW / 2 * usual
+    off = _OFF_TURNS + 1.5 * _WINDOW / 2 * usual
+    strange = np.abs(turns - near) > off
     within = turns[~strange]
     one_turn = bool(np.ptp(within) <= _ONE_TURN)
     if one_turn:  # a shaft that rests where the counter wraps reads either end
-        whole = np.abs(turns - near - np.round(turns - near)) <= _OFF_TURNS
+        whole = np.abs(turns - near - np.round(turns - near)) <= off
         strange &= ~(whole & (turns > within.max() - _ONE_TURN) & (turns < within.min() + _ONE_TURN))
     kept = np.flatnonzero(~strange)
     jumps = _jumps(times[kept], turns[kept], one_turn)
+    step = np.diff(turns[kept])
+    half = bool(np.percentile(np.abs(step - np.round(step)), 95) > _HALF_TURN)
     share = float(np.mean(jumps != 0))
     known = np.isfinite(velocity_rad_s).mean() > 0.5
     between = np.nanmedian(np.abs(velocity_rad_s)) / TURN * np.median(np.diff(times)) if known else 0.0
-    if one_turn and (share > _SPARSE_SHARE or (share > 0 and between > 0.5)):
+    if one_turn and (half or share > _SPARSE_SHARE or (share > 0 and between > 0.5)):
         faults.add(
             "",
             f"{column} stays within one turn and is read too seldom to tell how far the shaft turned in between",
@@ -283,7 +290,7 @@ def continuous_position(
         )
         return ShaftPosition(position_rad, ())
     mended = np.full(len(position_rad), np.nan)
-    if share > _SPARSE_SHARE:
+    if half or share > _SPARSE_SHARE:
         jumps = np.zeros_like(jumps)
     mended[seen[kept]] = position_rad[seen[kept]] - TURN * np.concatenate([[0.0], np.cumsum(jumps)])
     log = Path(faults.file).name
@@ -291,27 +298,44 @@ def continuous_position(
     return ShaftPosition(mended, flags if one_turn else (*flags, *_flag_jumps(log, lines[seen[kept[1:]]], jumps)))
 
 
-def _running_median(values: np.ndarray, beyond: str) -> np.ndarray:
-    """Return the median around each value; `beyond` the ends they go on as a mode of scipy's filters says."""
+def _fresh(position: np.ndarray) -> np.ndarray:
+    """Select readings of a register that is renewed less often than it is read: (n,) True where it may be new.
+
+    Between two renewals the same value is read again, though the shaft turns on. Of a value that is read for longer,
+    because the shaft rests, every m-th reading counts, where nine of ten values are read at most m times.
+    """
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(position) != 0]))
+    lengths = np.diff(np.append(starts, len(position)))
+    usual = int(np.percentile(lengths, 90))
+    since = np.arange(len(position)) - np.repeat(starts, lengths)
+    return np.asarray(since % usual == 0)
+
+
+def _running_median(values: np.ndarray) -> np.ndarray:
     from scipy.ndimage import median_filter  # a fifth of a second, for which reading a session need not wait
 
-    return np.asarray(median_filter(values, _WINDOW, mode=beyond))
+    return np.asarray(median_filter(values, _WINDOW, mode="mirror"))
+
+
+def _running_sum(values: np.ndarray) -> np.ndarray:
+    return np.convolve(values, np.ones(min(_WINDOW, len(values))), mode="same")
 
 
 def _jumps(times: np.ndarray, turns: np.ndarray, one_turn: bool) -> np.ndarray:
     """Estimate the (k - 1,) whole turns by which the counter jumps from each reading to the next.
 
-    Over missing readings the shaft's speed before and after says how far it can have come; a position within one turn
-    is taken to have come as far as their mean says.
+    A position within one turn is taken to have come as far over missing readings as the mean of the speeds before and
+    after them says. One that counts on is believed as far as the shaft can have come at any speed of the log.
     """
     step, spacing = np.diff(turns), np.diff(times)
     regular = spacing <= _GAP * np.median(spacing)
-    speed = (step - np.round(step))[regular] / spacing[regular]
-    speed = np.interp(np.arange(len(step)), np.flatnonzero(regular), _running_median(speed, "nearest"))
+    turned, passed = (_running_sum(values[regular]) for values in (step - np.round(step), spacing))
+    speed = np.interp(np.arange(len(step)), np.flatnonzero(regular), turned / passed)
     before, after = np.concatenate([speed[:1], speed[:-1]]), np.concatenate([speed[1:], speed[-1:]])
-    low, high = spacing * np.minimum(before, after), spacing * np.maximum(before, after)
-    jumps = np.round(step - (low + high) / 2)
-    possible = (step > low - 0.5) & (step < high + 0.5)
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    jumps = np.round(step - spacing * (low + high) / 2)
+    low, high = (np.where(regular, own, any_) for own, any_ in ((low, speed.min()), (high, speed.max())))
+    possible = (step > spacing * np.minimum(low, 0.0) - 0.5) & (step < spacing * np.maximum(high, 0.0) + 0.5)
     return np.where(possible & (not one_turn), 0.0, jumps)
 
 

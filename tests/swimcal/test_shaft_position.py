@@ -119,6 +119,24 @@ def test_a_counter_that_counts_on_is_believed_over_missing_readings(tmp_path: Pa
     assert log.flags == ()
 
 
+@pytest.mark.parametrize("wraps", [True, False])
+@pytest.mark.parametrize("readings", [2, 3, 7])
+def test_a_register_renewed_less_often_than_it_is_read_makes_no_jump(
+    tmp_path: Path, readings: int, wraps: bool
+) -> None:
+    rng = np.random.default_rng(readings)
+    renewed = np.cumsum(rng.integers(readings - 1, readings + 2, len(TURNS)))
+    held = TURNS[np.concatenate([[0], renewed])[np.searchsorted(renewed, np.arange(len(TURNS)), side="right")]]
+    seen = np.delete(np.arange(len(TURNS)), slice(700, 730))  # 0.3 s without a reading
+    logged = held % 1.0 if wraps else held
+    log = read(tmp_path, TURN * logged[seen], velocity=TURN * SPEED[seen], time_s=TIME_S[seen])
+    known = np.isfinite(log.position_rad)
+    assert 0.5 / readings < known.mean() < 1.5 / readings + 0.2
+    off = log.position_rad[known] / TURN - held[seen][known]
+    np.testing.assert_allclose(off, np.round(off[0]), atol=2e-3)
+    assert log.flags == ()
+
+
 @pytest.mark.parametrize("seconds", [0.05, 1.0, 1.5])
 def test_a_counter_that_counts_on_may_be_read_seldom(tmp_path: Path, seconds: float) -> None:
     time_s = 100.0 + seconds * np.arange(60)
