@@ -15,6 +15,7 @@ Positions are (n, m, 2) in pixels with y up; deviations (n, 2m), x0, y0, x1, y1,
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -68,6 +69,12 @@ class JointGaussian:
         weighted = (deviation @ precision).reshape(*deviation.shape[:-1], -1, 1, 2)  # (..., m, 1, 2)
         return (weighted @ spread)[..., 0, :], np.sqrt((spread[:, 0, 0] + spread[:, 1, 1]) / 2)
 
+    def distances_of(self, active: np.ndarray) -> np.ndarray:
+        """Return the (2m, 2m) matrix by which deviations (..., 2m) give the distances of `leave_one_out`."""
+        precision, spread = self.given(active)
+        columns = precision.reshape(len(precision), -1, 1, 2)  # (2m, m, 1, 2)
+        return (columns @ spread).reshape(precision.shape)
+
     def expected(self, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
         """Return (..., 2m) what the active markers let expect of all; active markers themselves unchanged."""
         return deviation @ self.given(active)[0] @ self.covariance
@@ -80,6 +87,29 @@ class JointGaussian:
     def remaining(self, active: np.ndarray) -> np.ndarray:
         """Return (2m, 2m) covariance that remains once the active markers are known."""
         return self.covariance - self.covariance @ self.given(active)[0] @ self.covariance
+
+
+class BodyInPose(NamedTuple):
+    """The body in one frame.
+
+    Attributes:
+        place_px: (m, 2) the layout in the image.
+        heading: (2, 2) rotation: a row vector in the image times it is in the axes of the body.
+        mean_px: (2m,) expected deviation from the layout, in these axes.
+    """
+
+    place_px: np.ndarray
+    heading: np.ndarray
+    mean_px: np.ndarray
+
+    def to_body(self, position_px: np.ndarray) -> np.ndarray:
+        """Return (2m,) deviations of positions (m, 2) from the mean; 0 where a sample is missing."""
+        deviation = ((position_px - self.place_px) @ self.heading).ravel() - self.mean_px
+        return np.where(np.isnan(deviation), 0.0, deviation)
+
+    def to_image(self, deviation: np.ndarray) -> np.ndarray:
+        """Return (m, 2) positions; the inverse of `to_body`."""
+        return (deviation + self.mean_px).reshape(-1, 2) @ self.heading.T + self.place_px
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +159,10 @@ class BodyModel:
         """Return (n, m, 2) positions; the inverse of `to_body`."""
         offset = (deviation + self.mean_px).reshape(len(pose), -1, 2) @ _heading(pose).transpose(0, 2, 1)
         return offset + (pose @ self.moves.T).reshape(offset.shape)
+
+    def in_pose(self, pose: np.ndarray) -> "BodyInPose":
+        """Return the body in the pose (4,) of one frame."""
+        return BodyInPose((self.moves @ pose).reshape(-1, 2), _heading(pose[None])[0], self.mean_px)
 
     def put_by_others(self, position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
         """Return (n, m, 2) where the active markers of a frame put each marker, itself left out."""

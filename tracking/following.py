@@ -19,6 +19,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -175,6 +176,24 @@ def follow(
     return MotionTrack(active, place_px)
 
 
+class _OfMask(NamedTuple):
+    """What one frame's active markers (m,) let expect, as matrices that rows of deviations (2m,) are multiplied by.
+
+    Attributes:
+        by_shape, by_motion: (2m, 2m) distance of each active marker from where the shape, or its motion, puts it.
+        per_shape, per_motion: (m,) one over what is allowed of these distances.
+        others: (2m, 2m) what the active markers let expect of all.
+        gain: (2m, 2m) share of a sample's distance from what is expected that its place takes over.
+    """
+
+    by_shape: np.ndarray
+    per_shape: np.ndarray
+    by_motion: np.ndarray
+    per_motion: np.ndarray
+    others: np.ndarray
+    gain: np.ndarray
+
+
 class _Follower:
     """One step of following; keeps how far each marker last was from where the others put it."""
 
@@ -186,6 +205,7 @@ class _Follower:
         self.share = self.spread @ by_motion  # (2m, 2m) share of the motion model in what is expected
         self.expected = JointGaussian(self.spread + BOX_SD_PX**2 * np.eye(2 * m))
         self.pose_from = model.pose_from(np.ones(m, dtype=bool))
+        self.masks: dict[bytes, _OfMask] = {}
         self.forget()
 
     def forget(self) -> None:
@@ -201,33 +221,50 @@ class _Follower:
 
         `carried_px` (m, 2) is where the places of the last two frames carry on to; those present (m,) are judged.
         """
-        model = self.model
-        pose = (self.pose_from @ carried_px.ravel())[None]
-        both_px = np.stack([position_px, carried_px])  # (2, m, 2)
-        sample, carried = model.to_body(both_px, np.repeat(pose, 2, axis=0))  # (2m,) each
+        pose = self.pose_from @ carried_px.ravel()
+        body = self.model.in_pose(pose)
+        sample, carried = body.to_body(position_px), body.to_body(carried_px)  # (2m,)
         expected = self.share @ carried
-        self.strange = np.where(present & (self.gone > MOMENT), FOR_A_MOTION, self.strange)
+        self.strange[present & (self.gone > MOMENT)] = FOR_A_MOTION
         active = self._agreeing(sample, sample - expected, present)
+        of = self._of(active)
         missed = ~present & (self.gone < MOMENT)  # its motion carries on
         self.gone = np.where(present, 0, self.gone + 1)
         self.strange = np.maximum(self.strange - active, 0)
 
-        place = expected + self.spread @ (self.expected.given(active)[0] @ (sample - expected))
-        others = model.shape_and_pose.expected(sample, active).reshape(-1, 2)
-        distance, _ = model.shape_and_pose.leave_one_out(sample, active)
-        self.own = np.where(active[:, None], distance, np.where(missed[:, None], 1.0, FADE) * self.own)
-        place = np.where((active | missed)[:, None], place.reshape(-1, 2), others + self.own)
-        return active, model.to_image(place.ravel()[None], pose)[0]
+        place = (expected + of.gain @ (sample - expected)).reshape(-1, 2)
+        fading = np.where(missed, 1.0, FADE)[:, None] * self.own
+        self.own = np.where(active[:, None], (sample @ of.by_shape).reshape(-1, 2), fading)
+        others = (sample @ of.others).reshape(-1, 2) + self.own
+        place = np.where((active | missed)[:, None], place, others)
+        return active, body.to_image(place.ravel())
 
     def _agreeing(self, from_shape: np.ndarray, from_expected: np.ndarray, present: np.ndarray) -> np.ndarray:
         active = present.copy()
         while active.any():
-            by_shape = self.gate.score(self.model.shape_and_pose, from_shape, active)
-            by_motion = np.where(self.strange > 0, 0.0, self.gate.score(self.expected, from_expected, active))
-            if max(by_shape.max(), by_motion.max()) <= 1:
+            of = self._of(active)
+            off_shape, off_motion = from_shape @ of.by_shape, from_expected @ of.by_motion  # (2m,)
+            by_shape = np.hypot(off_shape[::2], off_shape[1::2]) * of.per_shape
+            by_motion = np.hypot(off_motion[::2], off_motion[1::2]) * of.per_motion
+            by_motion[self.strange > 0] = 0.0
+            if by_shape.max() <= 1 and by_motion.max() <= 1:
                 break
             active[np.hypot(by_shape, by_motion).argmax()] = False
         return active
+
+    def _of(self, active: np.ndarray) -> _OfMask:
+        key = active.tobytes()
+        if key not in self.masks:
+            shape, gate, none = self.model.shape_and_pose, self.gate, np.zeros(2 * len(active))
+            self.masks[key] = _OfMask(
+                shape.distances_of(active),
+                1 / np.maximum(gate.floor_px, gate.deviations * shape.leave_one_out(none, active)[1]),
+                self.expected.distances_of(active),
+                1 / np.maximum(gate.floor_px, gate.deviations * self.expected.leave_one_out(none, active)[1]),
+                shape.given(active)[0] @ shape.covariance,
+                self.spread @ self.expected.given(active)[0],
+            )
+        return self.masks[key]
 
 
 # What both directions of time agree on.

@@ -72,6 +72,8 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
     patch.setattr(search, "_SCREENED", 8)
     patch.setattr(search, "_ROUNDS", 2)
+    patch.setattr(search, "_REFINED", 0)
+    patch.setattr(search, "_HOPS", 0)
     patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
