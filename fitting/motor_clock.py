@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_code import CodeDelay, LateralMotion, code_delay, search, tail_motion
@@ -98,6 +99,7 @@ class MotorClock:
         return (motor_s - self.offset_s) / self.rate
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
 def find_clock(
     tail: LateralMotion | None, turn: CrankTurn, commands: MotorCommands | None, zero_s: float, spec: TrialSpec
 ) -> MotorClock:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import settings
 
 from swimcal.tracks import as_tracks, markers_of, pixels_of
 
@@ -12,6 +13,11 @@ from swimcal.tracks import as_tracks, markers_of, pixels_of
 def later(*cases: Any) -> list[pytest.ParameterSet]:
     """Cases, a tuple for one of several parameters, that only `make test-all` takes."""
     return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.long) for case in cases]
+
+
+def few(examples: int) -> settings:
+    """Settings of a property whose examples take seconds: as many fewer in every run as `make test-all` has more."""
+    return settings(max_examples=examples * max(settings.default.max_examples // 25, 1), deadline=None)
 
 
 def changed(

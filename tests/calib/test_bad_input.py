@@ -166,6 +166,7 @@ def outcome_with(toml_text: bytes, tracks: bytes) -> str:
         return outcome_of(Path(folder))
 
 
+@pytest.mark.long
 @broken
 @given(mutated(TRACKS))
 def test_no_tracks_make_the_pipeline_fall(text: bytes) -> None:

@@ -150,6 +150,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
     assert results_of(unfitted).keys() >= STRUCTURE
 
 
+@pytest.mark.long
 def test_an_experiment_that_cannot_be_measured_is_left_out_and_reported(calib: Front, unfitted: Path) -> None:
     change_tracks(only(unfitted, "pull", "dry_fast"), "pull", stand_still)
     outcome = calib("fit", unfitted, "--effort", "quick", "-v")
@@ -173,6 +174,7 @@ def test_an_experiment_that_is_held_out_is_not_used(calib: Front, unfitted: Path
     assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
 
 
+@pytest.mark.long
 def test_what_is_wrong_with_any_trial_is_reported_at_once(calib: Front, unfitted: Path) -> None:
     change_tracks(unfitted, "pull", stand_still)
     change_tracks(unfitted, "dry_fast", lose_the_tail)

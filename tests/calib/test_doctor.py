@@ -17,6 +17,7 @@ def test_an_installation_that_works_has_no_fault(calib: Front) -> None:
     assert "ok     packages: as required" in outcome.out
 
 
+@pytest.mark.long
 def test_a_session_is_checked_with_its_results_and_what_would_help(finished: Path) -> None:
     found = front.doctor(finished)
     assert found.loc["session"].state == "ok"

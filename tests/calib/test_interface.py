@@ -174,6 +174,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
     assert found.plot.envelope("slow")._repr_png_().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [PosteriorFigures, GapFigures])
 def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> None:
     context = replace(made_context(), posterior=made_summary())
@@ -218,6 +219,7 @@ def measured_again(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
+@pytest.mark.long
 def test_a_twin_is_loaded_without_measuring_any_trial(finished: Path, measured_again: list[str]) -> None:
     twin = front.load_twin(finished)
     assert measured_again == []

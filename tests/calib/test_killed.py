@@ -41,6 +41,7 @@ def started(folder: Path, effort: str = "quick", most_bytes: int = 0) -> ForkSer
     return process
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kills", [3, *later(50)])
 def test_after_kills_at_random_moments_the_results_are_those_of_an_undisturbed_run(
     finished: Path, fresh_session: Path, tmp_path: Path, kills: int

@@ -129,6 +129,7 @@ def test_of_one_recording_with_two_names_and_one_command_the_fit_trial_stays(
     assert recordings.swims_left_out == {"fast": "its recording is that of slow: give each its own, or remove one"}
 
 
+@pytest.mark.long
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:
     change_tracks(fresh, "fast", lose_the_tail)
     outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
@@ -151,6 +152,7 @@ def test_a_spoiled_film_stops_no_fit_of_the_others_and_is_flagged(calib: Front, 
     assert [flag["kind"] for flag in data["flags"] if "fast.mp4" in flag["message"]] == ["left_out"]
 
 
+@pytest.mark.long
 def test_a_session_whose_only_film_to_fit_is_spoiled_is_one_error_that_names_it(calib: Front, filmed: Path) -> None:
     (filmed / "trials" / "slow.mp4").write_bytes(b"\0" * 4000)
 

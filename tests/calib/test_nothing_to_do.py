@@ -40,6 +40,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(place, name, never)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("idle")
 def test_a_repeated_function_measures_and_simulates_nothing(whole: Path) -> None:
     assert package.fit(whole, progress=False).name == "fit of quick effort"

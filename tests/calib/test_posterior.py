@@ -109,6 +109,7 @@ def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -
     assert np.all(np.array(sweep["sd"]) <= np.array(sweep["sd_now"]) * (1 + 1e-9))
 
 
+@pytest.mark.long
 def test_the_report_is_made_again_with_the_posterior(calib: Front, sampled: Path) -> None:
     report = sampled / "results" / "report.html"
     before = report.stat().st_mtime_ns

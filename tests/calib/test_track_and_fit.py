@@ -33,6 +33,7 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
     assert results_in(filmed) == before
 
 
+@pytest.mark.long
 def test_frames_before_the_boxes_are_tracked_backward_and_keep_their_numbers(filmed: Path) -> None:
     true = read(filmed / "truth" / "slow.csv")
 

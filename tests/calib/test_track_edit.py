@@ -48,6 +48,7 @@ def test_a_swap_is_replayed_and_the_raw_tracks_stay(calib: Front, tracked: Path)
     assert "edited" in flags(tracked)
 
 
+@pytest.mark.long
 def test_a_swap_that_makes_it_worse_is_flagged_and_counts_nowhere(calib: Front, tracked: Path) -> None:
     calib("edit", tracked, "slow", SWAP)
 
@@ -60,6 +61,7 @@ def test_a_swap_that_makes_it_worse_is_flagged_and_counts_nowhere(calib: Front, 
     assert reported["counts"] == np.mean(used.confidence.values > 0) < reported["seen"] == 1.0
 
 
+@pytest.mark.long
 def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
     before = pixels_of(tracks_of(tracked, "slow"))
     calib("edit", tracked, "slow", DROP)

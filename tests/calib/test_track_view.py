@@ -37,6 +37,7 @@ def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, tracked: Path) ->
     assert not (tracked / "results" / "calibration.json").exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("again", [False, *later(True)])
 def test_after_a_fit_of_any_effort_it_shows_the_twin_next_to_them(calib: Front, fitted: Path, again: bool) -> None:
     if again:

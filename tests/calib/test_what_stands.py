@@ -8,6 +8,7 @@ import pytest
 from swimcal.errors import InputError
 from swimgym import load_fish
 from tests.calib.door import Front, assert_reports, edit
+from tests.cases import later
 
 OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
 OF_POSTERIOR = {"posterior.nc", "posterior.json"}
@@ -89,6 +90,7 @@ def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
     assert str(whole / "results" / "kept") in outcome.out
 
 
+@pytest.mark.long
 def test_the_next_step_is_the_report_only_where_it_does_not_stand(calib: Front, whole: Path) -> None:
     calib("report", whole)
     assert "calib report" not in calib("diagnose", whole).out
@@ -143,7 +145,7 @@ def test_a_fit_cut_short_is_made_again_and_the_reason_is_told(finished: Path, ca
 
 
 @pytest.mark.parametrize(
-    ("name", "what", "share"), [("posterior.nc", "posterior", 0.97), ("diagnosis.json", "diagnosis", 0.0)]
+    ("name", "what", "share"), [*later(("posterior.nc", "posterior", 0.97)), ("diagnosis.json", "diagnosis", 0.0)]
 )
 def test_what_builds_on_a_fit_is_left_out_where_it_is_cut_short(
     name: str, what: str, share: float, whole: Path, calib: Front

@@ -23,6 +23,7 @@ from diagnosis.where import OF_NO_MARKER, decompose
 from fitting.signatures import Signature, signature_of
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
+from tests.cases import later
 from tests.diagnosis.decays import decay
 from tests.diagnosis.linear_models import AT, CAMERA, trials
 from tests.fitting.exact_swims import ROBOT, exact_twin
@@ -147,6 +148,7 @@ def test_it_is_recommended_where_it_would_tell_something() -> None:
     assert told.expected_error < 0.5
 
 
+@pytest.mark.long
 def test_without_a_log_these_swims_call_for_a_gear() -> None:
     """They swim as a fish does that beats as often as was filmed; that a clock is wrong is far from excluded."""
     linear, found = seen()
@@ -155,7 +157,7 @@ def test_without_a_log_these_swims_call_for_a_gear() -> None:
     assert found.any_seen([0, 1]) > 0.99
 
 
-@pytest.mark.parametrize(("logged", "name"), [(OFF, CLOCK), (1.0, RATIO)])
+@pytest.mark.parametrize(("logged", "name"), [(OFF, CLOCK), *later((1.0, RATIO))])
 def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
     """By the log the crank turned as commanded, and the clock is wrong; or it turned as filmed."""
     linear, found = seen(logged=logged)

@@ -70,6 +70,7 @@ def test_swims_that_told_what_they_should_are_believed() -> None:
     assert odds_over_expected(9.0, 0.0) < odds_over_expected(9.0, 10.0) < odds_over_expected(9.0, 20.0) < 1.0
 
 
+@pytest.mark.long
 def test_only_what_a_trial_adds_and_swims_bear_out_counts() -> None:
     """As far apart as 9 and as likely as each other: of what a swim adds counts two ninths of the square."""
     seen = iter([9.0])

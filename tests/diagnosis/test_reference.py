@@ -25,6 +25,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import NotEnoughData
 from swimcal.twin import Twin
+from tests.cases import later
 from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, shorter
 from tests.fitting.exact_swims import exact_swims
 
@@ -59,6 +60,7 @@ def joint() -> Comparison:
     return found.with_signatures([signature_of(each, at.model, CAMERA, at.at) for each in EFFECTS.values()])
 
 
+@pytest.mark.long
 def test_what_both_sessions_share_is_no_change() -> None:
     found = compared(0.0, wrong_twin())
     assert found.said.verdict.name == "no_gap"
@@ -93,21 +95,17 @@ def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> Non
     assert rows.rows.shape[1] == len(given.residual)
 
 
-@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_the_order_of_the_trials_changes_nothing(order: tuple[int, ...]) -> None:
-    twin = wrong_twin()
-    turned = [swims(0.0, 5)[i] for i in order]
-    changed = replace(data(0.0, 5, twin), trials=turned, reference=data(0.0, 1, twin))
-    both = Comparison.of(changed)
-    both = both.with_signatures([signature_of(EFFECTS["bend_offset"], both.joint.model, CAMERA, both.joint.at)])
-    found = both.model_of("changed", Sizes(1.0, 0.003, 1.0))
-    distance = float(found.space.length(found.residual))
-    if order == (0, 1):
-        ORDERED.append(distance)
-    assert distance == pytest.approx(ORDERED[0], rel=1e-6)
-
-
-ORDERED: list[float] = []
+@pytest.mark.long
+def test_the_order_of_the_trials_changes_nothing() -> None:
+    twin, distances = wrong_twin(), []
+    for order in ((0, 1), (1, 0)):
+        turned = [swims(0.0, 5)[i] for i in order]
+        changed = replace(data(0.0, 5, twin), trials=turned, reference=data(0.0, 1, twin))
+        both = Comparison.of(changed)
+        both = both.with_signatures([signature_of(EFFECTS["bend_offset"], both.joint.model, CAMERA, both.joint.at)])
+        found = both.model_of("changed", Sizes(1.0, 0.003, 1.0))
+        distances.append(float(found.space.length(found.residual)))
+    assert distances[1] == pytest.approx(distances[0], rel=1e-6)
 
 
 def test_what_swims_of_a_reference_miss_of_each_other_widens_what_it_foretells() -> None:
@@ -124,7 +122,7 @@ def test_what_swims_of_a_reference_miss_of_each_other_widens_what_it_foretells()
     np.testing.assert_allclose(wide, 1.5 * plain)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [2, *later(0, 1, 3, 4, 5)])
 def test_launches_that_scatter_more_than_the_reference_tells_have_no_name(seed: int) -> None:
     """All that is not foretold is 1.6 times as large as three swims of a reference let expect."""
     both = joint()

@@ -19,6 +19,7 @@ from swimcal.effects.measurement import MarkerOffset
 from swimcal.mjcf import Scene
 from swimcal.robot import RobotSpec
 from swimcal.session_file import TrialKind
+from tests.cases import later
 from tests.diagnosis.linear_models import CAMERA, linear
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -95,7 +96,7 @@ def placed(effect: Effect, values: np.ndarray, pushed: ForceResponses, length: f
     return chances, max(shares, key=lambda stage: shares[stage])
 
 
-@pytest.mark.parametrize("length", [15.0, 40.0])
+@pytest.mark.parametrize("length", [15.0, *later(40.0)])
 @pytest.mark.parametrize(
     ("effect", "stage", "of_gap"),
     [

@@ -82,6 +82,7 @@ def test_a_marker_seen_elsewhere_is_the_cameras(pushed: ForceResponses) -> None:
     assert max(told, key=lambda name: told[name]) == "camera"
 
 
+@pytest.mark.long
 def test_an_effect_that_is_named_lies_at_its_stage(pushed: ForceResponses) -> None:
     """Entrained water pushes the head too: what it does beyond the tail would else count as the body's."""
     signature = signature_named("entrained_water")

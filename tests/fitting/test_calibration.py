@@ -29,6 +29,8 @@ def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search, "_SCREENED", 8)
         patch.setattr(search, "_ROUNDS", 3)
+        patch.setattr(search, "_REFINED", 0)
+        patch.setattr(search, "_HOPS", 0)
         patch.setattr(of_calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
         return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
@@ -92,6 +94,7 @@ def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredT
     assert "1.200 Hz is outside the fitted 0.800 to 1.000 Hz" in flag.message
 
 
+@pytest.mark.long
 def test_a_fit_trial_with_nothing_to_compare_is_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
     slow = trials["slow"]
     lost = slow.seen_as(weight=np.where(slow.scored[:, None], 0.0, slow.weight))

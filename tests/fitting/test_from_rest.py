@@ -47,6 +47,7 @@ def test_a_robot_that_was_seen_swimming_backward_may_do_so(trials: dict[str, Mea
     assert swims_forward(twin, np.array([BACKWARD, PUBLISHED_COEFFICIENTS]), backward).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("slowest_hz", [0.4, *later(0.3, 0.75)])
 def test_no_twin_is_refused_that_swims_forward_from_some_angle_of_the_crank(
     slowest_hz: float, trials: dict[str, MeasuredTrial], twin: Twin

@@ -34,6 +34,7 @@ def swum(name: str, marker: str = "", along: float = 0.0, across: float = 0.0) -
     return measure_trial(TrialSpec(name, "swim", commanded_hz=HZ[name]), moved, camera, ROBOT, 1.0)
 
 
+@pytest.mark.long
 def test_nothing_is_said_of_clean_swims() -> None:
     assert odd_markers([swum(name) for name in HZ], ROBOT) == {}
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fitting.frequency import beating_part
@@ -21,6 +21,7 @@ from swimcal.robot import load_robot
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
+from tests.cases import few
 
 ROBOT, CAMERA, FPS = load_robot(), CameraSpec(60.0, 0.142), 60.0
 PX_PER_M = 950.0
@@ -77,7 +78,7 @@ def test_a_clean_swim_has_no_flag_and_its_true_speed() -> None:
     assert trial.frequency.hz == pytest.approx(1.0, rel=2e-3)
 
 
-@settings(deadline=None, max_examples=6)
+@few(3)
 @given(
     hz=st.floats(0.5, 2.5),
     fps=st.sampled_from([25.0, 30.0, 50.0, 60.0, 120.0]),
@@ -116,7 +117,7 @@ def test_rest_is_left_out(role: str, before_s: float, after_s: float) -> None:
     assert trial.first_frame >= (before_s > 0) * (before_s - 0.6) * FPS
 
 
-@settings(deadline=None, max_examples=8)
+@few(3)
 @given(
     hz=st.floats(0.4, 2.0),
     beats=st.floats(0.3, 1.2),
@@ -138,7 +139,7 @@ def test_a_rest_of_less_than_a_beat_does_not_slow_the_fish(
     assert trial.start_velocity[0] == pytest.approx(-0.1, abs=0.01)
 
 
-@settings(deadline=None, max_examples=5)
+@few(3)
 @given(
     seed=st.integers(0, 10_000),
     noise_px=st.floats(0.1, 6.0),
@@ -195,7 +196,7 @@ def test_a_fish_that_leaves_the_picture_does_not_stand_still() -> None:
     assert trial.time_s[trial.kept][-1] < 5.0
 
 
-@settings(deadline=None, max_examples=8)
+@few(3)
 @given(
     hz=st.floats(0.5, 1.6),
     first=st.integers(9, 480),
@@ -258,7 +259,7 @@ def test_what_a_whole_trial_suffers_from_is_flagged(changes: dict[str, float], k
     assert kinds(measured(*swim(**changes))) == {kind}  # type: ignore[arg-type]
 
 
-@settings(max_examples=20, deadline=None)
+@few(3)
 @given(
     hz=st.floats(0.45, 0.75) | st.floats(1.25, 1.7),
     heading_rad=st.floats(0, 6.3),
@@ -276,6 +277,7 @@ def test_a_shaken_camera_is_flagged(hz: float, heading_rad: float, seconds: floa
     assert "path_wobbles" not in kinds(measured(time_s, position_px))
 
 
+@pytest.mark.long
 def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
     time_s, position_px = swim(10.0)
     winding = 0.15 * np.sin(2 * np.pi * 0.25 * time_s)

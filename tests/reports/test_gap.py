@@ -124,6 +124,7 @@ def test_what_takes_from_a_diagnosis_is_said(
     assert said not in pages[verdict].text
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("words_alone")
 def test_all_effects_at_once_are_reported_where_they_are_called_for(pages: dict[str, Page]) -> None:
     page = page_of(made_diagnosed("unexplained", everything=made_everything()))

@@ -111,5 +111,6 @@ def test_names_and_messages_are_escaped() -> None:
     assert Page(html).text.count("<script>alert('x')</script> & $co_") >= 4
 
 
+@pytest.mark.long
 def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medium: str) -> None:
     assert render_report(medium) == html_of_medium

@@ -106,6 +106,7 @@ def test_the_error_of_the_forecast_is_next_to_that_of_the_twin(by_command: Page)
     assert re.search(rf"mean error, held out +5\.0 \S+ {error:.1f} ", by_command.text)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
 def test_without_it_the_reason_is_reported(command: float | None) -> None:

@@ -23,6 +23,7 @@ def policy(law: np.ndarray = LAW) -> Policy:
     return Policy(card_of("target", "search", fish(), course, 0), {"law": law})
 
 
+@pytest.mark.long
 def test_a_found_law_reaches_its_targets_from_all_sides() -> None:
     course = make_course("target", 24, fish=fish())
     swum = swim(course, policy().act, seed=1)

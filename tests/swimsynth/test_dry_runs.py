@@ -95,6 +95,7 @@ def test_the_session_names_the_log_but_not_its_clock(tmp_path: Path) -> None:
     assert read_truth(folder).plan.dry_runs[0].motor == MOTOR
 
 
+@pytest.mark.long
 def test_the_same_plan_gives_the_same_bytes_and_another_log_leaves_the_tracks_of_the_others(tmp_path: Path) -> None:
     plan = dry_plan()
     more = (*plan.dry_runs, SyntheticTrial(**DRY | {"name": "more", "phase_rad": 0.1}))

@@ -50,6 +50,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return counts
 
 
+@pytest.mark.long
 def test_each_sees_its_own_and_all_are_simulated_at_once(asked: list[int]) -> None:
     both = film_together([seen([(WORLD, SWIM)], [(WORLD, FASTER), (WORLD, SWIM)]), seen([(WORLD, FASTER)])])
     assert asked == [2, 2]  # the second ended after the first round

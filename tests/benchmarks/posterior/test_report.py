@@ -79,6 +79,7 @@ def test_scores_of_other_code_are_made_anew_but_a_file_of_scores_is_judged(
     assert scored == [0, 1, 0, 1]
 
 
+@pytest.mark.long
 def test_a_posterior_that_is_right_passes() -> None:
     for found in PosteriorOutcome(tuple(map(score, range(400)))).calibrations.values():
         low, high = found["covered"].found.interval
@@ -87,6 +88,7 @@ def test_a_posterior_that_is_right_passes() -> None:
         assert found["spread"].found.value == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("narrow", "shift"), [(0.6, 0.0), *later((1.0, 0.7))])
 def test_one_that_is_too_narrow_or_shifted_does_not(narrow: float, shift: float) -> None:
     for found in PosteriorOutcome(tuple(score(seed, narrow, shift) for seed in range(400))).calibrations.values():

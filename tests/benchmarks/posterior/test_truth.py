@@ -85,6 +85,7 @@ def test_trials_of_a_varied_session_differ_in_trim_registration_and_speed_and_in
     assert np.abs(beats[..., 2:, :, :]).max() < 2e-3  # neither nose nor neck
 
 
+@pytest.mark.long
 def test_markers_of_a_gapped_session_are_unseen_for_a_while_and_the_rest_stays(drawn: DrawnSession) -> None:
     gapped = draw_session(3, seconds=3.0, step=COARSE, gapped=True)
     for whole, trial in zip(drawn.trials, gapped.trials, strict=True):

@@ -24,6 +24,7 @@ def free_swing(layout, parameters):
     return modes[:, 3], springs  # after three rigid motions
 
 
+@pytest.mark.long
 def test_energy_is_kept_without_drag_in_water_and_in_air():
     layout, water = fish(coefficients=(0.0, 0.0, 0.0, 4.0, 1.0))
     water = without_tendons(water, hinge_damping_n_m_s=0 * water.hinge_damping_n_m_s)

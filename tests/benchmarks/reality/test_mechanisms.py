@@ -37,6 +37,7 @@ class Push(Mechanism):
         return now.push(0, 0.0, turned * now.pose.direction[:, :1])
 
 
+@pytest.mark.long
 def test_mechanisms_that_differ_in_more_than_numbers_are_kept_apart():
     """Two of a class in one simulation, others next to it: each acts by its own fields, in any company."""
     sets = [

@@ -124,6 +124,7 @@ def test_what_blows_up_is_an_error():
     assert np.isfinite(kept.position_px).all()
 
 
+@pytest.mark.long
 def test_nuisances_move_what_they_name():
     its = Nuisances(marker_shift_m={"neck": (0.004, -0.002)})
     heavy = Nuisances(head_mass=1.2, tail_mass=1.2, hinge_stiffness=1.2, hinge_damping=1.2)

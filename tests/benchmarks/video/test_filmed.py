@@ -24,6 +24,7 @@ def film(folder: Path, video: SessionVideo, **changes: Any) -> Path:
     return make_session(folder, small_plan(camera=CAMERA, **{"slow": SHORT} | changes), video)
 
 
+@pytest.mark.long
 def test_a_filmed_trial_shows_its_markers_where_perfect_tracks_have_them(tmp_path: Path) -> None:
     folder = film(tmp_path / "s", SessionVideo(trials=("slow",)))
     perfect = make_session(tmp_path / "p", small_plan(camera=CAMERA, slow=SHORT, noise=NOISELESS))

@@ -112,6 +112,7 @@ def test_every_effect_is_of_the_catalogue_acts_and_is_none_at_zero():
         assert np.abs(other.position_px - quick.position_px).max() > 0.05, name
 
 
+@pytest.mark.long
 def test_what_blows_up_is_told():
     with pytest.raises(SimulationDiverged, match="1 of 1 reference simulations diverged"):
         wake.simulate([(with_one(RoughSkin(-1e7)), QUICK)])

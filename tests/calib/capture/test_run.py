@@ -156,6 +156,7 @@ def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert list((tmp_path / "trials").iterdir()) == []  # no log without rows
 
 
+@pytest.mark.long
 def test_no_answer_is_logged_under_the_time_of_another_question(tmp_path: Path) -> None:
     kinds = (Fault.REPLY_LATE, Fault.REPLY_LOST, Fault.REPLY_CUT, Fault.GARBAGE, Fault.REQUEST_LOST)
     for seed in range(4):

@@ -50,6 +50,7 @@ def test_from_a_wrong_start_without_noise_it_ends_at_the_truth() -> None:
     assert np.degrees(np.abs(off[[2, 4]])).max() < 0.1
 
 
+@pytest.mark.long
 def test_misplaced_boxes_move_the_published_arm_but_not_the_joint_one() -> None:
     fit = fitted()
 

@@ -49,6 +49,7 @@ def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, d
     assert reported == pytest.approx(np.array([[0.0, 0.0], [0.0, np.log(1.5)]]), abs=0.03)
 
 
+@pytest.mark.long
 def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
     tracks = decay_tracks(TRUTH)
     position = np.array(pixels_of(tracks))

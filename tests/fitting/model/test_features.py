@@ -91,6 +91,7 @@ TRIALS = ("f0_75", "f1_00", "f1_25", "f1_75")  # the slowest swims at 20 mm/s, t
 TAIL = slice(3, 8)
 
 
+@pytest.mark.long
 @needs_fishsim
 def test_high_markers_run_ahead_and_the_tail_falls_behind() -> None:
     found = []  # of each trial, by which share of its speed each marker slides forward

@@ -57,7 +57,7 @@ def drawn() -> DrawnSession:
 
 @pytest.fixture(scope="module")
 def mode(drawn: DrawnSession) -> Mode:
-    return mode_of(drawn)
+    return mode_of(drawn, starts=1)
 
 
 def test_steps_from_points_about_the_mode_lead_apart_by_less_than_its_error(mode: Mode) -> None:
@@ -120,6 +120,7 @@ def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: Drawn
     assert before.inside(trial.scored) > HOLD
 
 
+@pytest.mark.long
 def test_a_marker_that_is_never_seen_leaves_the_scatter_within_trials_finite(mode: Mode) -> None:
     def blind(model: TrialModel) -> TrialModel:
         weight = model.trial.tracks.weight.copy()
@@ -163,6 +164,7 @@ def test_a_component_is_found_where_trials_tell_it_and_keeps_its_prior_where_the
             assert found[name] == pytest.approx(median)
 
 
+@pytest.mark.long
 def test_windows_of_one_trial_share_its_own_draws_and_no_others(mode: Mode) -> None:
     block = mode.blocks[0]
     same, other = (Covariance.of([block, block._replace(trial=whose)]) for whose in (block.trial, block.trial + 1))
@@ -192,6 +194,7 @@ def test_a_block_of_another_speed_has_a_discrepancy_in_proportion(mode: Mode) ->
         assert fast.units[name] == pytest.approx(4 * slow.units[name])
 
 
+@pytest.mark.long
 def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: Mode) -> None:
     """But its phase, in which features are compared."""
     late = Windows.of(mode, drawn.held_out[0]).late
@@ -214,6 +217,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
     assert np.mean(inside) >= HOLD
 
 
+@pytest.mark.long
 def test_a_mode_that_is_known_is_made_again_without_a_search(mode: Mode) -> None:
     again = mode_at(mode.model, mode.coefficients, mode.sizes)
     sd = np.sqrt(np.diag(mode.coefficient_covariance))

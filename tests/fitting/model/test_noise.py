@@ -30,7 +30,7 @@ def _noisy(lasts_s: float, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("gaps", "lasts_s"), [(False, 0.04), (False, 0.2), (True, 0.1), *later((False, 0.1), (True, 0.04), (True, 0.2))]
+    ("gaps", "lasts_s"), [(True, 0.1), *later((False, 0.04), (False, 0.1), (False, 0.2), (True, 0.04), (True, 0.2))]
 )
 def test_noise_is_found_beside_the_swim(lasts_s: float, gaps: bool) -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
@@ -106,6 +106,7 @@ def test_the_covariance_of_features_is_that_of_repeated_draws() -> None:
         assert told[pair] > 0.4 * np.sqrt(told[pair[0], pair[0]] * told[pair[1], pair[1]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("scale_s", "smooth", "shrunk"), [(0.1, False, 0.05), *later((0.15, True, 0.12))])
 def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shrunk: float) -> None:
     """Of a smooth sway 4 s hold few independent samples: it is shrunk the more."""

@@ -80,6 +80,7 @@ def test_a_tail_that_beats_otherwise_than_the_crank_turns_is_flagged() -> None:
     assert trial.frequency == trial.beat
 
 
+@pytest.mark.long
 def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
     """The motor of this swim turns unevenly, by 2 and 3 per cent once and twice a turn."""
     _, _, trial = swum()

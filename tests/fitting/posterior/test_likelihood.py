@@ -107,6 +107,7 @@ def test_a_wave_that_is_off_is_off_by_its_size_and_alike_nearby() -> None:
     assert np.linalg.eigvalsh(total).min() > -1e-12
 
 
+@pytest.mark.long
 def test_at_the_sizes_of_a_mode_it_has_the_covariance_of_the_mode(drawn: DrawnSession) -> None:
     model = SessionModel.of(drawn.twin, drawn.trials, with_course=True)
     mode = mode_at(model, np.array(drawn.truth), MEDIANS)

@@ -94,6 +94,7 @@ def test_without_a_dry_run_the_arm_is_assumed(of_decay: Structure) -> None:
     assert not by_quantity(of_decay)["hinge_stiffness"].assumed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "why"),
     [

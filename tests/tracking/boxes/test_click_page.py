@@ -72,6 +72,7 @@ def saved(folder: Path, title: str) -> StartBoxes:
     return load_boxes(folder / name, NINE)
 
 
+@pytest.mark.long
 @in_a_browser
 @pytest.mark.parametrize("blobs", [BLOBS, *later(((),))], ids=["blobs", "without"])
 def test_clicking_every_marker_a_little_off_gives_its_centre(tmp_path: Path, blobs: tuple) -> None:

@@ -56,6 +56,7 @@ def test_the_pectorals_keep_their_sides(heading_deg: float) -> None:
     assert found(Scene(markers=ELEVEN, heading_deg=heading_deg))[1].max() < 0.5
 
 
+@pytest.mark.long
 def test_a_small_robot_in_a_large_picture_with_glints_is_found() -> None:
     scene = Scene(size=(3840, 2160), centre=(3100, 500), px_per_m=965, heading_deg=75, glints=25, ripple=6, seed=2)
 

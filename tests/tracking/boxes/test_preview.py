@@ -16,6 +16,7 @@ def boxes_of(scene: Scene) -> StartBoxes:
     return StartBoxes(3, {name: Box.around(at, 21) for name, at in zip(scene.markers, places, strict=True)})
 
 
+@pytest.mark.long
 def test_every_box_is_drawn_in_its_colour(tmp_path: Path) -> None:
     scene = Scene(markers=ELEVEN, diameter=14, noise=0)
     rgb = np.repeat(draw(scene).luma[:, :, None], 3, axis=2)

@@ -70,6 +70,7 @@ def test_corners_are_found_within_a_tenth_of_a_pixel(scene: Scene, pictures: lis
         assert np.abs(error_px.mean(axis=0)).max() < 0.02
 
 
+@pytest.mark.long
 def test_a_chessboard_gives_the_lens_too() -> None:
     rng = np.random.default_rng(2)
     scene = Scene(LENS, BoardSpec(kind="chessboard", columns=7, rows=6, square_m=0.03))

@@ -27,6 +27,7 @@ def seen_by(lens: CameraCalibration, views: Sequence[np.ndarray], rng: np.random
     return found
 
 
+@pytest.mark.long
 def test_stated_standard_deviations_are_those_of_repeated_calibrations() -> None:
     rng, scatter = np.random.default_rng(5), []
     views = poses(Scene(LENS, CHARUCO), 9, rng)

@@ -54,6 +54,7 @@ def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):
     assert same(apply_edits(trial, undone), apply_edits(trial, log_of(path, *several)))
 
 
+@pytest.mark.long
 @given(st.lists(edits, min_size=1, max_size=5), st.integers(0, 99))
 def test_edits_are_replayed_in_order_and_the_trial_is_left_alone(tmp_path_factory, several, seed):
     trial, kept = mixed_trial(seed, FRAMES, MARKERS), mixed_trial(seed, FRAMES, MARKERS)

@@ -4,6 +4,7 @@ import pytest
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimcal.tracks import load_tracks, markers_of, pixels_of
+from tests.cases import later
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
@@ -40,15 +41,17 @@ def error_px(names: tuple[str, ...], long: int) -> float:
 @pytest.mark.parametrize(
     ("names", "long", "at_most_px"),
     [
-        (("tail_5",), 3, 0.3),
-        (("tail_5",), 15, 0.3),
         (("tail_5",), 30, 0.3),
-        (("caudal_fin",), 15, 1.2),
         (("tail_5", "caudal_fin"), 15, 1.5),
         (("nose",), 15, 0.3),
-        (("tail_4", "tail_5"), 15, 0.4),
-        (MARKERS, 3, 0.4),
         (MARKERS, 7, 1.4),
+        *later(
+            (("tail_5",), 3, 0.3),
+            (("tail_5",), 15, 0.3),
+            (("caudal_fin",), 15, 1.2),
+            (("tail_4", "tail_5"), 15, 0.4),
+            (MARKERS, 3, 0.4),
+        ),
     ],
 )
 def test_a_filled_gap_follows_the_beating_tail(monkeypatch, names, long, at_most_px):
@@ -90,6 +93,7 @@ def test_confidence_falls_with_the_distance_to_seen_samples():
     assert 0 < confidence.min() < confidence.max() < 0.5
 
 
+@pytest.mark.long
 def test_seen_samples_stay_bit_for_bit_and_filling_twice_is_filling_once():
     position = swimming_fish(1.0, 0)
     position[np.random.default_rng(1).random(position.shape[:2]) < 0.1] = np.nan

@@ -130,6 +130,7 @@ def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
     assert same(trial, whole)
 
 
+@pytest.mark.long
 def test_what_was_kept_under_another_fingerprint_is_not_used(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: xr.Dataset
 ) -> None:
@@ -162,6 +163,7 @@ def test_boxes_in_a_frame_that_is_not_there_are_refused(clip: Path) -> None:
         tracked(clip, StartBoxes(FRAMES + 10, boxes.boxes))
 
 
+@pytest.mark.long
 def test_the_baseline_follows_easy_markers_to_a_pixel_or_two(tmp_path: Path) -> None:
     pool = POOL.but(things=())
     trial = tracked(pool.video(tmp_path / "easy.mkv", 12), pool.boxes(NAMES), method="csrt")

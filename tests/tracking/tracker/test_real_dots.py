@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from benchmarks.video.writer import VideoWriter
+from tests.cases import later
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.follow_video import follow_video
@@ -91,6 +92,7 @@ class Clip:
         return np.where(seen, np.linalg.norm(place - [self.places(k) for k in range(frames)], axis=2), np.nan)
 
 
+@pytest.mark.long
 def test_coloured_dots_as_bright_as_the_wall_are_tracked_by_their_colour(tmp_path: Path) -> None:
     assert Clip().off(tmp_path).max() < 0.6
 
@@ -101,15 +103,15 @@ def test_a_highlight_does_not_draw_a_ball_aside(tmp_path: Path) -> None:
     assert np.sqrt((ball.off(tmp_path) ** 2).mean()) < 0.9  # 1.5 with the hole
 
 
-@pytest.mark.parametrize("to", [0.6, 1.5])
-@pytest.mark.parametrize("box", [0.7, 1.4])
+@pytest.mark.parametrize("to", [0.6, *later(1.5)])
+@pytest.mark.parametrize("box", [0.7, *later(1.4)])
 def test_dots_that_shrink_or_grow_are_measured_in_their_middle(to: float, box: float, tmp_path: Path) -> None:
     clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, diameter_px=lambda k: 12 * (1 + (to - 1) * k / 45), box=box)
 
     assert clip.off(tmp_path, 36).max() < 0.5
 
 
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("turned", [*later(False), True])
 def test_from_sun_into_shade_and_back_the_dots_count(turned: bool, tmp_path: Path) -> None:
     columns = np.arange(SIZE[0])
 
@@ -133,6 +135,7 @@ def test_brightness_is_used_where_it_separates_the_dots(tmp_path: Path) -> None:
         assert Grey.restored(grey.as_array()) == grey
 
 
+@pytest.mark.long
 def test_one_dot_of_another_colour_is_told_by_its_brightness(tmp_path: Path) -> None:
     purple, pale = (210, 90, 210), (205, 205, 205)  # the former as bright as the wall, the latter as grey
     clip = Clip(dots=(purple, purple, pale, purple, purple), body=WALL, off_px=0.0)
@@ -152,6 +155,7 @@ def test_a_pale_bar_over_a_white_dot_is_not_taken_for_it(tmp_path: Path) -> None
     assert (off[clear] < 1.0).mean() > 0.97
 
 
+@pytest.mark.long
 def test_a_robot_that_comes_into_view_is_tracked_from_where_each_marker_does(tmp_path: Path) -> None:
     clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, start_px=-180.0, speed_px=5.0, boxes_in=40)
     off = clip.off(tmp_path, 60)

@@ -25,8 +25,10 @@ def test_a_fast_tail_with_close_neighbours_is_never_lost(
     assert np.max(away) < 0.3
 
 
-@pytest.mark.parametrize(("covered", "size"), [((5,), (22.0, 22.0)), ((8,), (22.0, 22.0)), ((5, 6, 7), (64.0, 44.0))])
-@pytest.mark.parametrize("use_csrt", [False, True])
+@pytest.mark.parametrize(
+    ("covered", "size"), [*later(((5,), (22.0, 22.0)), ((8,), (22.0, 22.0))), ((5, 6, 7), (64.0, 44.0))]
+)
+@pytest.mark.parametrize("use_csrt", [False, *later(True)])
 def test_covered_markers_are_unseen_for_as_long_and_found_again_as_themselves(
     covered: tuple[int, ...], size: tuple[float, float], use_csrt: bool
 ) -> None:
@@ -129,8 +131,8 @@ def test_a_glint_that_is_larger_or_smaller_than_a_marker_does_not_steal_it(diame
     assert np.max(away[-1]) < 0.3
 
 
-@pytest.mark.parametrize("use_csrt", [False, True])
-@pytest.mark.parametrize("at", [10, 30, 38])  # before, in and after a loss
+@pytest.mark.parametrize("use_csrt", [*later(False), True])
+@pytest.mark.parametrize("at", [*later(10), 30, *later(38)])  # before, in and after a loss
 def test_a_restored_tracker_goes_on_bit_for_bit(use_csrt: bool, at: int) -> None:
     path = tail(2.0)
     pool = Pool(path, (320, 340), things=(Thing(lambda f: path(f)[6], (24.0, 24.0), WATER, (20, 34)),))

@@ -64,6 +64,7 @@ def test_the_angle_of_a_sagging_crank_is_the_integral_of_its_speed():
     assert angle[-1] == pytest.approx(speed[:-1].sum() * STEP_S, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_soft_loop_answers_a_periodic_torque_as_a_second_order_system():
     """|rate| = torque / |gain + i w J + gain / (2 s i w)|."""
     gain, w = 2.0, 2 * TOLD
