@@ -14,13 +14,14 @@ import pytest
 from calib import cli, pipeline
 from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
-from fitting import calibration, search
+from fitting import calibration
 from fitting.baselines import sweep_frequencies
 from fitting.posterior import prediction, sampling, summary
 from swimcal.effects.catalogue import catalogue
 from swimcal.results import write_whole
 from swimsynth.disturbances import TrackingNoise
 from swimsynth.plan import SyntheticPlan, SyntheticTrial
+from tests.fitting.swims import with_little_search
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -70,10 +71,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     """A short search, little next to it, and a report without figures."""
     patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
-    patch.setattr(search, "_SCREENED", 8)
-    patch.setattr(search, "_ROUNDS", 2)
-    patch.setattr(search, "_REFINED", 0)
-    patch.setattr(search, "_HOPS", 0)
+    with_little_search(patch)
     patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:

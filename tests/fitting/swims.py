@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
+from fitting import search
 from fitting.frequency import SwimFrequency
 from fitting.measure_trial import measure_trial
 from fitting.trial import MeasuredTrial, laid_on_pool
@@ -89,3 +91,9 @@ def straight_swim(frames: int, speed: float = 0.1, fps: float = 10.0) -> np.ndar
 
 def head_frame_of(position_m: np.ndarray) -> HeadFrame:
     return to_head_frame(position_m, 0, 1)
+
+
+def with_little_search(patch: pytest.MonkeyPatch) -> None:
+    """A search of the coefficients that ends somewhere, for tests of what is made of its end."""
+    for name, few in {"_SCREENED": 8, "_BEGUN": 1, "_ROUNDS": 2, "_REFINED": 0, "_HOPS": 0, "_ALONG": 0}.items():
+        patch.setattr(search, name, few)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from fitting import calibration as of_calibration
-from fitting import search
 from fitting.baselines import sweep_frequencies, sweep_speed
 from fitting.calibration import Calibration, calibrate, summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail
@@ -20,6 +19,7 @@ from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimcal.errors import NotEnoughData
 from swimcal.robot import load_robot
+from tests.fitting.swims import with_little_search
 
 STARTS = 1
 
@@ -27,10 +27,7 @@ STARTS = 1
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(search, "_SCREENED", 8)
-        patch.setattr(search, "_ROUNDS", 3)
-        patch.setattr(search, "_REFINED", 0)
-        patch.setattr(search, "_HOPS", 0)
+        with_little_search(patch)
         patch.setattr(of_calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
         return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
