@@ -1,8 +1,8 @@
 """The commands of `calib`, by what they work on.
 
 Videos and tracks: `track`, `edit`, `view`, `convert`. A session and its results: `new`, `run`, `fit`, `posterior`,
-`diagnose`, `report`, `mjcf`; `doctor` checks it. The camera: `board`, `lens`, `scale`. Policies and pools: `policy`
-with `train`, `evaluate` and `play`, and `aquarium`.
+`diagnose`, `report`, `mjcf`; `doctor` checks it. The robot: `robot`. The camera: `board`, `lens`, `scale`. Policies and
+pools: `policy` with `train`, `evaluate` and `play`, and `aquarium`.
 """
 
 from __future__ import annotations

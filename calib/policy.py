@@ -17,9 +17,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from calib.given import AnySession, folder_of
 from calib.options import EffortName
 from swimcal.errors import Fault, InputError
-from swimcal.session import Session, load_session
+from swimcal.session import load_session
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 __all__ = ["PolicyScores", "aquarium", "evaluate", "play", "train"]
 
 TaskName = Literal["target", "circle"]
-AnySession = Session | str | Path
 PAPER = {
     "target": {"reached": 0.93, "episodes": 100},
     "circle": {"off_path_mean_m": 0.009, "off_path_max_m": 0.023},
@@ -255,9 +255,7 @@ def policy_file_of(session: Path, task: str) -> Path:
 
 
 def _folder(session: AnySession) -> Path:
-    if isinstance(session, Session):
-        return session.folder
-    folder = Path(session)
+    folder = folder_of(session)
     return folder if folder.is_dir() else load_session(folder).folder  # which tells what is missing
 
 

@@ -9,7 +9,7 @@ these: how much more likely they make the twin, each in addition to the others, 
 Whatever they do not explain counts as a gap of no particular cause, of a size that suits it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Literal, NamedTuple
@@ -40,7 +40,7 @@ from diagnosis.reference import Comparison
 from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.unknown_effects import stage_probabilities, unknown_effects
-from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
+from diagnosis.verdict import Refitting, Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
 from diagnosis.where import GapComponent, VarianceDecomposition, decompose
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
@@ -51,7 +51,6 @@ from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
 # The diagnosis
-Refitting = Callable[[Sequence[str]], Refit]
 _ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)

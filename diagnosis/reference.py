@@ -224,10 +224,6 @@ class Comparison:
         covariance = whole[count:, count:] - across.T @ cho_solve(factor, across)
         return across.T @ cho_solve(factor, self.joint.residual[known]), (covariance + covariance.T) / 2
 
-    def covariance_of(self, group: str, sizes: Sizes) -> np.ndarray:
-        """Return the covariance (k, k) of the trials of one session before the other is known."""
-        return self._covariance(sizes, self._places(self._numbers(group), group))
-
     def compared_with(self, hypotheses: Hypotheses) -> ComparedWith:
         """Return what the comparison rests on, and which changes it would show.
 

@@ -60,7 +60,7 @@ class Verdict:
     def without(self, names: Collection[str], found: Probabilities) -> "Verdict":
         """Return the verdict without groups whose likeliest effect has one of these names.
 
-        Without a certain group it is unexplained, or no gap where the gap is not certain without them.
+        Without a certain group left it is unexplained; it is no gap where no gap is certain without these effects.
 
         Args:
             names: names of the effects that are withdrawn.
@@ -73,10 +73,9 @@ class Verdict:
 def verdict_of(found: Probabilities, shift: float = 0.0) -> Verdict:
     """Derive the verdict from probabilities.
 
-    A group is the fewest effects, at most three, one of which the gap certainly looks like, if there is one; there may
-    be several groups, which act together; in addition to a certain group a likely one is enough, and no group counts
-    without a certain one. An effect that may as well be something else which only looks like it is not named. Whatever
-    else may be present is left to the remainder; where there is no group at all the gap is unexplained.
+    A group holds the fewest effects, at most three, of which the gap certainly looks like one; it stays if one of them
+    is itself likely enough to be present, not just something that looks like it. There may be several groups, which act
+    together: the first must be certain, for further ones likely is enough. Without a group the gap is unexplained.
 
     Args:
         found: the probabilities.
@@ -90,7 +89,9 @@ def verdict_of(found: Probabilities, shift: float = 0.0) -> Verdict:
 
 
 def borderline(said: Verdict, found: Probabilities) -> Verdict | None:
-    """Return the other verdict that slightly other thresholds would lead to; None where the verdict is clear.
+    """Return the other verdict that slightly other thresholds would lead to.
+
+    None where the verdict is clear, or was changed by a later check.
 
     Args:
         said: the verdict.
@@ -211,7 +212,7 @@ def validated(
     found: Validated,
     linear: LinearModel,
     hypotheses: Hypotheses,
-    refitting: Callable[[Sequence[str]], Refit],
+    refitting: Refitting,
     seed: int,
 ) -> Validated:
     """Withdraw names, the least probable first, for as long as they forecast left-out trials worse.

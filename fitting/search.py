@@ -61,8 +61,8 @@ def find_mode(
 
     Args:
         model: the trials; their features hold the course.
-        starts: number of descents that go on to the end or nearly so, of three times as many that begin at the
-            likeliest of the screened points, those first whose twins swim forward from rest; on the way these stay so.
+        starts: twice as many descents begin at the likeliest of the screened points, those first whose twins swim
+            forward from rest, which stay so; as many as this go on after 2 rounds, half of them after 6.
         seed: seed of the screening.
         tell: takes messages with the share of the work that is done.
 
@@ -88,10 +88,10 @@ def find_mode(
     while not (found := sorted(descents, key=_rank))[0].done:
         found[0].run(_ROUNDS)
     found[0] = found[0].refine().hop(seed).follow_boundary().pass_through(seed)
+    spent = len(points) + sum(each.simulated for each in found)
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
-    spent = len(points) + sum(each.simulated for each in descents)
     ends = tuple(each.mode.ends[0] for each in found)
     return replace(found[0].mode, ends=ends, simulations=spent)
 

@@ -56,17 +56,14 @@ class _Swim(NamedTuple):
     half_width_m: np.ndarray
 
 
-def representative(trials: tuple[CalibratedTrial, ...]) -> CalibratedTrial | None:
+def representative(trials: tuple[CalibratedTrial, ...], robot: RobotSpec) -> CalibratedTrial | None:
     """Choose the held-out trial with the median marker distance, of those that can be drawn.
 
-    Without any a fitted one.
+    If there is none, it is a fitted trial.
     """
     for role in ("holdout", "fit"):
-        drawn = [
-            trial
-            for trial in trials
-            if trial.measured.role == role and np.isfinite(trial.scores.marker_error_m) and _drawable(trial).sum() > 1
-        ]
+        compared = [each for each in trials if each.measured.role == role and np.isfinite(each.scores.marker_error_m)]
+        drawn = [trial for trial in compared if _on_axis(trial, robot).sum() >= _FEWEST]
         if drawn:
             return sorted(drawn, key=lambda trial: trial.scores.marker_error_m)[len(drawn) // 2]
     return None
@@ -78,16 +75,17 @@ def swim_from_above(trial: CalibratedTrial, robot: RobotSpec) -> Markup:
     return Markup("") if swim is None else _draw(swim, trial, robot)
 
 
-def _drawable(trial: CalibratedTrial) -> np.ndarray:
-    """Mark (m,) the markers that were seen often enough."""
+def _on_axis(trial: CalibratedTrial, robot: RobotSpec) -> np.ndarray:
+    """Mark (m,) the markers on the robot's axis that were seen often enough."""
     seen = np.isfinite(trial.measured.position_m[trial.measured.kept]).all(axis=2)
-    return np.asarray(seen.mean(axis=0) >= _LEAST_SEEN) if seen.size else np.zeros(len(trial.measured.markers), bool)
+    often = seen.mean(axis=0) >= _LEAST_SEEN if seen.size else np.zeros(len(trial.measured.markers), bool)
+    return np.asarray(often & (np.abs(robot.marker_positions_m(trial.measured.markers)[:, 1]) < 0.01 * robot.length_m))
 
 
 def _swim(trial: CalibratedTrial, robot: RobotSpec) -> _Swim | None:
     measured, twin = trial.measured, trial.simulated
     place = robot.marker_positions_m(measured.markers)
-    chosen = np.flatnonzero(_drawable(trial) & (np.abs(place[:, 1]) < 0.01 * robot.length_m))
+    chosen = np.flatnonzero(_on_axis(trial, robot))
     chosen = chosen[np.argsort(place[chosen, 0])]
     frames = np.flatnonzero(measured.kept)
     if len(chosen) < _FEWEST or len(frames) < _FEWEST:
@@ -289,21 +287,22 @@ def _describe_exported(off: HowFarOff) -> Markup:
 
 
 def _hero(context: ReportContext) -> tuple[Markup, str]:
-    trial = representative(context.calibration.trials)
+    trial = representative(context.calibration.trials, context.calibration.robot)
     drawn = Markup("") if trial is None else swim_from_above(trial, context.calibration.robot)
     if trial is None or not drawn:
         return Markup(""), ""
     seen = "fitted" if trial.measured.role == "fit" else "never shown to the fit"
     return drawn, (
-        f"Trial {trial.measured.name}, {shown(trial.measured.frequency.hz, 2)} Hz, {seen}. Robot and twin start "
-        f"together; their markers are {in_mm(trial.scores.marker_error_m)} mm apart in the mean."
+        f"Trial {trial.measured.name}, {shown(trial.measured.frequency.hz, 2)} Hz, {seen}. Robot and twin are "
+        "laid on each other over the first beat; their markers are "
+        f"{in_mm(trial.scores.marker_error_m)} mm apart in the mean."
     )
 
 
 def _speeds(context: ReportContext) -> Plot:
     calibration, sure = context.calibration, context.answers.how_sure
     low, high = calibration.sweep.fitted_hz
-    diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
+    diverged = int(np.isnan(calibration.sweep.speed_twin).sum())
     band = ""
     if context.posterior is not None:
         inside, count = sure.in_band

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch, Patch, Polygon
 
+from diagnosis.places import HEAD
 from diagnosis.result import DiagnosisResult, GapSize, MissingForces
 from fitting.calibration import CalibratedTrial
 from reports.robot import draw_head, draw_tail
@@ -42,7 +43,6 @@ from reports.words import MM, in_words, shortened, shown, whole_percent
 from swimcal.robot import RobotSpec
 
 # What a missing force goes with
-HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # forces in N; all others are torques in N m
 LEAST_LIKE = 0.7  # smallest correlation with which a force goes with a motion
 # A force is correlated with motions if it differs from zero in at least this share of the beat.

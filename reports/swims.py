@@ -229,7 +229,7 @@ def build_trials(context: ReportContext) -> Section:
     midlines = [MM * each.reshape(-1, 2) for trial in trials for each in beat_midlines(trial, robot)]
     frame = MidlineAxes.around(np.concatenate(midlines))
     blocks = [Plots(tuple(_envelope(trial, robot, frame) for trial in trials), text)]
-    if (chosen := representative(trials)) is not None:
+    if (chosen := representative(trials, robot)) is not None:
         blocks.append(Plots(_motion(chosen, robot)[1:]))  # the path alone shows no difference
     return Section("The body through the beat", "trials", tuple(blocks))
 

@@ -19,7 +19,6 @@ from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
 from swimcal.flags import Flag
 from swimcal.tables import RawTable, Row, check_time, read_log, to_numbers
 
-# Commands.
 COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
 """The header of a file of commands."""
 
@@ -37,11 +36,11 @@ _ONE_TURN = 1.01
 # Share of steps beyond half a turn: above it, the shaft itself makes them between two readings.
 _SPARSE_SHARE = 0.3
 # Turns between two readings above which it cannot be told which way round the shaft went.
-_HALF_TURN = 0.4
+_AMBIGUOUS = 0.4
 # Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
 _SELDOM = 5.0
-_SLOW = 0.5  # readings may be so far apart, but hardly ever are
-_CREEPING = 0.02 * TURN  # rad/s; with such readings a crank that turns slower is one whose times are in another unit
+_SLOW = 0.5  # readings further apart than this, s, are so if something else says so too
+_CREEPING = 0.02 * TURN  # rad/s; of a crank that seems to turn slower, with readings so far apart, they are so
 _PER_SECOND = (1e3, 1e6, 1e9)
 # Readings count as missing where two are further apart than this many times the usual spacing.
 _GAP = 3.0
@@ -56,11 +55,14 @@ POSITIONS = {f"position_{unit}": TURN / of_turn for unit, of_turn in _PER_TURN.i
 VELOCITIES = {f"velocity_{unit}_s": TURN / of_turn for unit, of_turn in _PER_TURN.items()} | {"velocity_rpm": TURN / 60}
 """Names that the velocity may have in the header, and the size of each unit in rad/s."""
 
+SPEED_RAD_S, CURRENT_A = 0.229 * TURN / 60, 2.69e-3
+"""Units of the motor's registers of velocity, rad/s, and of current, A (ROBOTIS e-Manual, XW540-T140-R)."""
+
 # Registers of 32 and 16 bits are signed; read as unsigned, negative values appear above half of their range.
 _RANGE = {
     "position_rad": 2.0**32 / TICKS * TURN,
-    "velocity_rad_s": 2.0**32 * 0.229 * TURN / 60,
-    "current_a": 2.0**16 * 2.69e-3,
+    "velocity_rad_s": 2.0**32 * SPEED_RAD_S,
+    "current_a": 2.0**16 * CURRENT_A,
 }
 # Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
 _SAME = 0.03
@@ -231,7 +233,7 @@ def _add_other_time(faults: FaultCollector, found: str) -> None:
 
 
 class ShaftPosition(NamedTuple):
-    """Continuous position (n,) of a shaft, rad, nan where missing or misread, and flags."""
+    """Continuous position (n,) of a shaft, rad, and flags; nan where missing, misread or not renewed."""
 
     position_rad: np.ndarray
     flags: tuple[Flag, ...]
@@ -248,7 +250,8 @@ def continuous_position(
     """Take out misread positions, and the whole turns by which a counter jumps.
 
     A position that stays within one turn is unwrapped. Single readings away from their neighbours are left out and
-    flagged. Where a counter jumps by whole turns and stays there, the turns are taken out and flagged.
+    flagged. Where a counter jumps by whole turns and stays there, the turns are taken out and flagged; where it is read
+    too seldom to tell, they stay.
 
     Args:
         time_s: (n,) times of the readings, s, increasing.
@@ -261,6 +264,9 @@ def continuous_position(
     seen = np.flatnonzero(np.isfinite(position_rad))
     seen = seen[_fresh(position_rad[seen])]
     if len(seen) < _WINDOW:
+        farthest = np.abs(np.diff(position_rad[seen])).max(initial=0.0)
+        if farthest > TURN / 2 and np.ptp(position_rad[seen]) <= _ONE_TURN * TURN:
+            _add_too_seldom(faults, column, f"{len(seen)} different readings")
         return ShaftPosition(position_rad, ())
     turns, times = position_rad[seen] / TURN, time_s[seen]
     gaps = np.flatnonzero(np.diff(times) > _GAP * np.median(np.diff(times))) + 1
@@ -277,17 +283,12 @@ def continuous_position(
     kept = np.flatnonzero(~strange)
     jumps = _jumps(times[kept], turns[kept], one_turn)
     step = np.diff(turns[kept])
-    half = bool(np.percentile(np.abs(step - np.round(step)), 95) > _HALF_TURN)
+    half = bool(np.percentile(np.abs(step - np.round(step)), 95) > _AMBIGUOUS)
     share = float(np.mean(jumps != 0))
     known = np.isfinite(velocity_rad_s).mean() > 0.5
     between = np.nanmedian(np.abs(velocity_rad_s)) / TURN * np.median(np.diff(times)) if known else 0.0
     if one_turn and (half or share > _SPARSE_SHARE or (share > 0 and between > 0.5)):
-        faults.add(
-            "",
-            f"{column} stays within one turn and is read too seldom to tell how far the shaft turned in between",
-            found=f"a reading every {np.median(np.diff(times)):.2g} s",
-            expected="a few readings a turn, or a position that counts on over whole turns",
-        )
+        _add_too_seldom(faults, column, f"a reading every {np.median(np.diff(times)):.2g} s")
         return ShaftPosition(position_rad, ())
     mended = np.full(len(position_rad), np.nan)
     if half or share > _SPARSE_SHARE:
@@ -296,6 +297,11 @@ def continuous_position(
     log = Path(faults.file).name
     flags = _flag_misread(log, lines[seen[strange]], (turns - near)[strange])
     return ShaftPosition(mended, flags if one_turn else (*flags, *_flag_jumps(log, lines[seen[kept[1:]]], jumps)))
+
+
+def _add_too_seldom(faults: FaultCollector, column: str, found: str) -> None:
+    what = f"{column} stays within one turn and is read too seldom to tell how far the shaft turned in between"
+    faults.add("", what, found=found, expected="a few readings a turn, or a position that counts on over whole turns")
 
 
 def _fresh(position: np.ndarray) -> np.ndarray:

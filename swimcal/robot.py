@@ -17,10 +17,9 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from swimcal.errors import did_you_mean, shown
-from swimcal.session_file import HEAD_MARKERS
+from swimcal.session_file import HEAD_MARKERS, Positive
 from swimcal.toml import TomlTable, key_error, load_toml
 
-Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 # The engine can hold these ranges; a length in millimetres, or a mass in grams, is most likely outside of them.
 Length = Annotated[float, Field(ge=1e-5, le=10.0)]

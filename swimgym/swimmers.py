@@ -74,12 +74,8 @@ class Swimmers:
 
     @property
     def state(self) -> np.ndarray:
-        """The state (n, s) of all swimmers; a copy, for `put`."""
+        """The state (n, s) of all swimmers; a copy."""
         return self._batch.state.copy()
-
-    def put(self, state: np.ndarray) -> None:
-        """Put the swimmers into states (n, s) or (s,)."""
-        self._batch.state[:] = state
 
     def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
         """Lay some swimmers (r,) still again.

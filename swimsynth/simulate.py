@@ -14,7 +14,16 @@ from fitting.hinges import DecayTwin
 from fitting.pool import forward_speed
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import DRY, FREE_DECAY, SWIM, Scene
-from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, MotorLog
+from swimcal.motor_log import (
+    COMMAND_COLUMNS,
+    CURRENT_A,
+    MOTOR_COLUMNS,
+    SPEED_RAD_S,
+    TICKS,
+    TURN,
+    MotorCommands,
+    MotorLog,
+)
 from swimcal.results import write_whole
 from swimcal.runs import CrankTurn, Runs, Trajectories
 from swimcal.twin import Twin
@@ -22,9 +31,7 @@ from swimsynth.disturbances import MotorDrive, Stream, SyntheticMotor, drive
 from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial, check_in_image, in_image
 from tracking.head_frame import to_head_frame
 
-PULSE_RAD = 2 * np.pi / 4096
-SPEED_RAD_S = 0.229 * 2 * np.pi / 60
-CURRENT_A = 2.69e-3
+PULSE_RAD = TURN / TICKS
 VOLTAGE_V = 0.1
 _FRICTION_A = 0.25  # current at any speed
 _LOAD_A_S = 1.5  # current for each rad/s that the motor lags

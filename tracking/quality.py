@@ -22,15 +22,13 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
+from tracking.body_jump import body_jumps, jump_flags, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags
 from tracking.following import (
     Gate,
-    body_jumps,
     clashing,
     fitting_shape,
-    jump_flags,
-    longest_part,
     misplaced,
     reaching,
     widened,

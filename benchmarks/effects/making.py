@@ -23,11 +23,11 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.refit import refit_from, residual_with
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
 from swimcal.effects.effect import Effect
-from swimcal.motor_log import MotorLog
+from swimcal.motor_log import CURRENT_A, MotorLog
 from swimcal.results import write_whole
 from swimcal.session import load_session
 from swimcal.tracks import save_tracks
-from swimsynth.simulate import CURRENT_A, in_steps, save_motor_log
+from swimsynth.simulate import in_steps, save_motor_log
 
 _READING_S = 0.02  # The motor is read at this interval.
 _CLOCK_S = 1000.0  # The clock of the motor starts at most this late.

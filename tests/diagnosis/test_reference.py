@@ -86,7 +86,8 @@ def test_a_change_is_named_with_its_size_not_with_the_error_of_both() -> None:
 def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> None:
     both, sizes = joint(), Sizes(1.0, 0.003, 1.0)
     given = both.model_of("changed", sizes)
-    before, after = (np.sqrt(np.diag(each)) for each in (both.covariance_of("changed", sizes), given.covariance))
+    alone = both._covariance(sizes, both._places(both._numbers("changed"), "changed"))
+    before, after = (np.sqrt(np.diag(each)) for each in (alone, given.covariance))
     assert (after <= before + 1e-12).all()
     assert after[0] < 0.5 * before[0]  # the speed, which the reference tells best
     assert np.linalg.norm(given.foretold) > 0

@@ -54,7 +54,7 @@ def test_means_are_over_the_trials_that_every_model_tells(context: ReportContext
 
 
 def test_the_swim_is_that_of_a_held_out_trial_to_scale() -> None:
-    trial = representative(made_calibration().trials)
+    trial = representative(made_calibration().trials, ROBOT)
     assert trial is not None
     assert trial.measured.role == "holdout"
     drawn = swim_from_above(trial, ROBOT)

@@ -33,17 +33,6 @@ def test_each_swimmer_has_its_own_water() -> None:
     assert (surge < -0.1).all()  # forward is -x
 
 
-def test_a_state_put_back_swims_on_the_same() -> None:
-    swimmers = Swimmers(fish().models, 1, workers=1)
-    swimmers.drive(np.array([9.0]))
-    kept = swimmers.state
-    swimmers.drive(np.array([9.0]))
-    after = swimmers.head.copy()
-    swimmers.put(kept)
-    swimmers.drive(np.array([9.0]))
-    np.testing.assert_array_equal(swimmers.head, after)
-
-
 def test_the_steered_point_moves_as_it_says() -> None:
     swimmers = Swimmers(fish().models, 2, interval_s=0.001, workers=1)
     swimmers.rest(np.arange(2), np.array([[1.0, 2.0], [-1.0, 0.5]]), np.array([0.3, 2.0]))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from calib.capture.logs import COMMANDS_HEADER, MOTOR_HEADER
-from swimcal.motor_log import MotorLog, load_commands, load_motor
+from swimcal.motor_log import SPEED_RAD_S, MotorLog, load_commands, load_motor
 from swimsynth.disturbances import MotorDrive, drive
-from swimsynth.simulate import PULSE_RAD, SPEED_RAD_S, read_motor, reading_times, save_commands, save_motor_log
+from swimsynth.simulate import PULSE_RAD, read_motor, reading_times, save_commands, save_motor_log
 from tests.swimsynth.plans import MOTOR
 
 

@@ -6,7 +6,7 @@ import pytest
 from swimcal.robot import load_robot
 from tests.tracking.fish import MARKERS, tracks_of
 from tests.tracking.records.trials import twin_px
-from tracking.following import body_jumps
+from tracking.body_jump import body_jumps
 from tracking.quality import check_tracks
 
 
