@@ -252,6 +252,8 @@ def convert_tracks(
         faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
     if Path(out).suffix in (".h5", ".hdf5"):
         faults.add("--out", "HDF5 is not written", found=str(out), expected="a name that ends in .csv or .nc")
+    if Path(out).resolve() == Path(path).resolve():
+        faults.add("--out", "this is the file that is read", found=str(out), expected="another name")
     if Path(out).suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
     faults.raise_if_any()

@@ -8,7 +8,9 @@ checks and converts the samples (`ForeignTracks`); each fault names its place in
 
 from __future__ import annotations
 
+import csv
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,11 +48,15 @@ SPAN = 60
 """Frames over which the frame rate is first measured."""
 
 # Tables.
-COMMENTS = ("#", "%", "//")
+COMMENTS = ("#", "%", "//", "sep=")
+"""What a line above the table begins with; the last is for Excel."""
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 """Names of a column that only counts the rows, lower case."""
+
+NO_ORDER = ("frames do not go on", ", each frame in one row")
+"""What is said of frames whose numbers do not increase, and what is expected of them."""
 
 # Samples.
 SURE = 1.5
@@ -152,6 +158,18 @@ def _hdf5(path: Path) -> _Program | None:
     return DEEPLABCUT_H5 if tables else None
 
 
+def refuse_space(markers: Sequence[str], faults: FaultCollector) -> None:
+    """Refuse places in space, of which no picture tells the pixels.
+
+    Raises:
+        InputError: always, with the faults before.
+    """
+    step = "Give the two coordinates in pixels that one camera saw."
+    what, found = "places in space, in three coordinates", f"z of {', '.join(markers[:3])}"
+    faults.add("", what, found=found, expected="x and y in pixels", next_step=step)
+    faults.raise_if_any()
+
+
 def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
     """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
 
@@ -211,15 +229,21 @@ def read_foreign_table(path: Path) -> RawTable:
     lines = list(enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1))
     while lines and not lines[-1][1].strip():
         lines.pop()
+    above = ""
     while lines and (not lines[0][1].strip() or lines[0][1].lstrip().startswith(COMMENTS)):
-        lines.pop(0)
+        above = lines.pop(0)[1].strip().lstrip("#%/").strip()
     faults = FaultCollector(str(path))
     if not lines:
         faults.add("", "the file is empty", expected="comma-separated rows of numbers")
     faults.raise_if_any()
     separator = _separator([line for _, line in lines[:5]])
     rows = [Row(number, _cells(line, separator)) for number, line in lines]
+    while len(rows) > 1 and not any(rows[-1].cells):
+        rows.pop()
     table = as_table(str(path), rows, text.endswith(("\n", "\r")))
+    names = _cells(above, separator)
+    if table.header is None and above and len(names) == len(rows[0].cells) > 1:  # a header in a comment, as of NumPy
+        table = as_table(str(path), [Row(lines[0][0] - 1, names), *rows], table.ends_whole)
     return _without_index(table)
 
 
@@ -232,9 +256,10 @@ def _separator(lines: Sequence[str]) -> str | None:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
-    if separator != ",":
-        cells = [re.sub(r"^([-+]?\d+),(\d+)", r"\1.\2", cell) for cell in cells]
+    quoted = separator is not None and '"' in line
+    parts = next(csv.reader([line], delimiter=separator)) if quoted and separator else line.split(separator)
+    cells = [cell.strip().strip('"').strip() for cell in parts]
+    cells = [re.sub(r"^([-+]?\d+),(\d+)", r"\1.\2", cell) for cell in cells]
     return ["" if cell.lower() in MISSING else cell for cell in cells]
 
 
@@ -318,7 +343,8 @@ class ForeignTracks:
         time_s = self.time_s if self.time_s is not None else np.asarray(self.frame, float) / (fps or np.nan)
         chosen = [names.index(marker) for marker in markers]
         position, confidence = self.position_px[:, chosen], self.confidence[:, chosen]
-        found = checked_tracks(markers, time_s, position, confidence, self.where, faults)
+        frame = self.frame if self.time_s is None else None
+        found = checked_tracks(markers, time_s, position, confidence, self.where, faults, frame)
         if self.time_s is None:
             return found
         even_s = even_times(found.time.values, fps, faults)
@@ -352,6 +378,12 @@ def check_names(
     same = [f"{alike[_letters(name)]}={name}" for name in missing if _letters(name) in alike]
     some = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
     pairs = ",".join(same) if len(same) == len(missing) else some
+    if not free and not same:
+        step = f"If no others were tracked, take these alone: `--markers {','.join(theirs)}` (of `calib convert`)."
+        what, expected = f"no {word} {', '.join(missing)}", ", ".join(markers)
+        faults.add("", what, found=", ".join(theirs), expected=expected, next_step=step)
+        return
+    pairs = shlex.quote(pairs) if " " in pairs else pairs
     plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
     faults.add(
         "",
@@ -376,6 +408,7 @@ def checked_tracks(
     confidence: np.ndarray,
     where: Sequence[str],
     faults: FaultCollector,
+    frame: np.ndarray | None = None,
 ) -> xr.Dataset:
     """Check the samples of m markers, and return them as tracks.
 
@@ -386,6 +419,7 @@ def checked_tracks(
         confidence: (n, m), nan where unknown.
         where: place of each frame in the file, for messages.
         faults: takes the faults.
+        frame: (n,) number of each frame, for messages, where the times are those of their numbers.
 
     Raises:
         InputError: every fault at once.
@@ -406,14 +440,26 @@ def checked_tracks(
         return Fault(faults.file, place, what, f"{found}", expected)
 
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
-    faults.extend_capped([fault(k, None, "time does not increase", time_s[k], f"after {time_s[k - 1]}") for k in late])
+    told, what, more = (time_s, "time does not increase", "") if frame is None else (frame, *NO_ORDER)
+    faults.extend_capped([fault(k, None, what, f"{told[k]:.10g}", f"after {told[k - 1]:.10g}{more}") for k in late])
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
     faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
     if not faults:
         check_seconds(np.asarray(time_s, float), faults)
         check_pixels(position, faults)
+        _check_side(position, faults)
     faults.raise_if_any()
     return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
+
+
+def _check_side(position_px: np.ndarray, faults: FaultCollector) -> None:
+    """Add a fault where most places (n, m, 2) are left of the picture or above it."""
+    step = "Count x to the right and y downwards, in pixels from the top left corner of the picture."
+    for axis, name in enumerate("xy"):
+        known = position_px[..., axis][np.isfinite(position_px[..., axis])]
+        if np.median(known) < 0:
+            what, found = f"{name} is negative, where no picture is", f"{np.median(known):.4g} px in the median"
+            faults.add("", what, found=found, expected="places in the picture", next_step=step)
 
 
 def save_fishsim(path: Path, tracks: xr.Dataset) -> None:

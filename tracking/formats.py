@@ -1,4 +1,4 @@
-"""Formats of other programs: DeepLabCut, movement, plain CSV.
+"""Formats of other programs: DeepLabCut and movement; plain tables are in `tracking.plain_table`.
 
 `import_tracks` recognises a file by its content, `export_tracks` writes the format that is named.
 
@@ -19,18 +19,10 @@ The `movement` package's netCDF is its "poses" dataset: dimensions time, space, 
 source_software, source_file, time_unit, fps. Before version 0.17 the last two dimensions were called keypoints and
 individuals: both names are read. States and sizes of samples are further variables, which `movement` keeps.
 https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
-
-Plain tables have a header of names: this program's, SLEAP's, and others with x and y of each marker.
-
-    time_s,nose_x,nose_y,nose_confidence,…
-    track,frame_idx,instance.score,nose.x,nose.y,nose.score,…           SLEAP, File > Export Analysis CSV
-
-https://docs.sleap.ai/latest/learnings/export-analysis/
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -40,11 +32,21 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from swimcal.errors import FaultCollector, did_you_mean, shown
+from swimcal.errors import Fault, FaultCollector, InputError, shown
 from swimcal.results import program_version, write_whole, writing_whole
-from swimcal.tables import RawTable, Row, to_numbers
-from swimcal.tracks import FASTEST_STEP_S, NO_NAMES, TIME, markers_of, pixels_of, save_tracks
-from tracking.foreign import HDF5, NETCDF_3, ForeignTracks, check_readable, read_foreign_table, save_fishsim
+from swimcal.tables import RawTable, to_numbers
+from swimcal.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
+from tracking.foreign import (
+    COARSE,
+    HDF5,
+    NETCDF_3,
+    ForeignTracks,
+    check_readable,
+    read_foreign_table,
+    refuse_space,
+    save_fishsim,
+)
+from tracking.plain_table import check_frames, read_headerless, read_plain
 
 # DeepLabCut.
 SCORER = "swimcal"
@@ -54,6 +56,8 @@ UNIQUE = "single"
 LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
 # movement.
+PIXELS = frozenset({"px", "pixel", "pixels", "1", "dimensionless", ""})
+"""Units in which places are taken, lower case."""
 Engine = Literal["h5netcdf", "scipy"]
 """Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
 INDIVIDUAL = "fish"
@@ -61,20 +65,8 @@ SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 """The names of dimensions before version 0.17, and since."""
 DIMENSIONS = ("time", "space", "keypoint", "individual")
 
-# Plain tables: columns by their names.
-IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
 SECONDS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9, "minutes": 60.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in the units that netCDF gives to times that were durations in memory."""
-IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
-FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
-"""Names of the columns that tell when, lower case; without one the rows are the frames."""
-TRACK = "track"
-"""SLEAP's column of the animal's name."""
-
-ANIMAL_SCORE = "instance.score"
-"""SLEAP's column of the animal's score."""
-COORD_PLACES = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
-"""The place of a column among a marker's numbers, by the end of its name."""
 
 
 def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
@@ -97,6 +89,8 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     """
     faults = FaultCollector(table.file)
     head = _head(table, faults)
+    if "z" in head["coords"]:
+        refuse_space(list(dict.fromkeys(head["bodyparts"])), faults)
     columns = list(zip(head["bodyparts"], head["coords"], strict=True))  # without the first, the frame
     rows = replace(table, rows=table.rows[len(head) :])
     _check_tracks(rows, faults)
@@ -109,6 +103,7 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     names = ("frame", *(f"{part} {coord}" for part, coord in columns))
     values = to_numbers(rows, names, faults)  # (n, 1 + columns)
     faults.raise_if_any()
+    check_frames("the first", values[:, 0], faults)
     found = [_samples(values[:, 1:], columns, part, faults) for part in parts]
     faults.raise_if_any()
     samples = np.stack(found, axis=1)  # (n, k, 3)
@@ -233,7 +228,7 @@ def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
     chosen = data.isel(individual=0).sel(space=["x", "y"])
     position = chosen["position"].transpose("time", "keypoint", "space").values.astype(float)  # (n, k, 2)
     confidence = np.full(position.shape[:2], np.nan)
-    if "confidence" in chosen:
+    if "confidence" in chosen and set(chosen["confidence"].dims) == {"time", "keypoint"}:
         confidence = chosen["confidence"].transpose("time", "keypoint").values.astype(float)
     time, names = data["time"].values, tuple(data["keypoint"].values.astype(str).tolist())
     if np.issubdtype(time.dtype, np.timedelta64):
@@ -241,11 +236,19 @@ def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
     time = time.astype(float) * SECONDS.get(data["time"].attrs.get("units", ""), 1.0)
     where = [f"time[{row}]" for row in range(len(time))]
     in_frames = data.attrs.get("time_unit", "seconds") == "frames"
-    fps = float(data.attrs.get("fps") or np.nan)
+    fps = _frame_rate(data.attrs.get("fps"))
     if in_frames and fps > 0:
         in_frames, time = False, time / fps
     times = {"frame": time} if in_frames else {"time_s": time}
     return ForeignTracks(file, "keypoint", names, position, confidence, where, **times)
+
+
+def _frame_rate(given: object) -> float:
+    """Return a dataset's frame rate; nan where what it gives is none."""
+    try:
+        return float(given or np.nan)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return np.nan
 
 
 def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
@@ -260,8 +263,15 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         return
     if unlabelled := [name for name in DIMENSIONS[:3] if name not in data.coords]:
         faults.add("", "dimensions without labels", found=", ".join(unlabelled), expected="a coordinate for each")
-    elif not {"x", "y"} <= set(data["space"].values.astype(str).tolist()):
+    elif not {"x", "y"} <= (axes := set(data["space"].values.astype(str).tolist())):
         faults.add("", "no x and y", found=shown(data["space"].values.tolist()), expected="x and y in space")
+    elif "z" in axes:
+        refuse_space(data["keypoint"].values.astype(str).tolist(), faults)
+    attributes = data["position"].attrs
+    unit = str(attributes.get("space_unit") or attributes.get("units") or "px")
+    if unit.lower() not in PIXELS:
+        step = "Give the places as they were tracked, before they are scaled."
+        faults.add("", "the places are not in pixels", found=f"the unit {unit}", expected="px", next_step=step)
     if data.sizes["individual"] != 1:
         named = "individual" in data.coords
         found = shown(data["individual"].values.tolist()) if named else str(data.sizes["individual"])
@@ -269,170 +279,6 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         faults.add("", "not one individual", found=found, expected="one", next_step=step)
     if data.attrs.get("time_unit", "seconds") not in ("seconds", "frames"):
         faults.add("", "unknown time_unit", found=shown(data.attrs["time_unit"]), choices=("seconds", "frames"))
-
-
-def read_plain(table: RawTable) -> ForeignTracks:
-    """Read a table with a header of names.
-
-    Raises:
-        InputError: every fault of the file at once.
-    """
-    faults = FaultCollector(table.file)
-    header = [name.strip() for name in table.header or ()]
-    markers, when = _markers(header, faults), _when(header, table.rows)
-    if not markers:
-        known = f"{TIME}, and x and y of each marker: nose_x, nose_y, …"
-        faults.add(table.file and "line 1", "not a header of tracks", found=shown(",".join(header)), expected=known)
-    faults.raise_if_any()
-    if TRACK in header:  # the name of SLEAP's track is no number
-        k = header.index(TRACK)
-        table = replace(table, rows=[Row(row.line, [*row.cells[:k], "", *row.cells[k + 1 :]]) for row in table.rows])
-    values = to_numbers(table, tuple(header), faults)  # (n, columns)
-    faults.raise_if_any()
-    lines = [f"line {row.line}" for row in table.rows]
-    samples = np.full((len(values), len(markers), 3), np.nan)
-    for k, columns in enumerate(markers.values()):
-        for place, column in columns.items():
-            samples[:, k, place] = values[:, column]
-    time_s, frame = None, np.arange(len(values), dtype=float)
-    if when is not None:
-        name = header[when].lower()
-        if name in FRAMES:
-            frame = values[:, when]
-            samples, frame, lines = _whole_frames(samples, frame, lines, TRACK in header, faults)
-        else:
-            time_s = values[:, when] * (1e-3 if name in IN_MILLISECONDS else 1.0)
-            _check_milliseconds(header[when], values[:, when], faults)
-    else:
-        _check_unused(header, values, {column for columns in markers.values() for column in columns.values()}, faults)
-    return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
-
-
-def _check_unused(header: list[str], values: np.ndarray, used: set[int], faults: FaultCollector) -> None:
-    """Check that no unused column of a table without a known time grows from row to row, as times do.
-
-    Args:
-        header: names of the columns.
-        values: (n, columns) of n rows.
-        used: indices of the markers' columns.
-        faults: receives what is wrong.
-
-    Raises:
-        InputError: one does, with the faults before.
-    """
-    for column in set(range(len(header))) - used:
-        times = values[:, column]
-        steps = np.diff(times[np.isfinite(times)])
-        if 0 < len(times) / 2 <= len(steps) and (steps >= 0).all() and (steps > 0).mean() > 1 / 2:
-            found = f"{times[0]:.10g}, {times[1]:.10g}, …"
-            step = f"If it tells when, name it {TIME}, time_ms or frame by its unit; else remove it."
-            what = f"column {header[column]!r} has no known name, but grows as a time does"
-            faults.add("line 1", what, found=found, expected="a time under its own name", next_step=step)
-    faults.raise_if_any()
-
-
-def _check_milliseconds(name: str, times: np.ndarray, faults: FaultCollector) -> None:
-    """Check that a column that is named so has milliseconds (n,).
-
-    Raises:
-        InputError: its frames are less apart than those of any camera, as with seconds, with the faults before.
-    """
-    apart = float(np.median(np.diff(times))) if len(times) > 1 else np.inf
-    if name.lower() in IN_MILLISECONDS and 0 < apart < 1000 * FASTEST_STEP_S:
-        found = f"frames {apart:.4g} ms apart, {1000 / apart:.4g} frames a second"
-        step = "If they are seconds, name the column time_s."
-        faults.add("line 1", f"column {name!r} is not in milliseconds", found=found, expected="ms", next_step=step)
-    faults.raise_if_any()
-
-
-def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
-    """Read rows of x and y of the markers, in their order.
-
-    Args:
-        table: the rows.
-        markers: names of the markers.
-
-    Raises:
-        InputError: every fault of the file at once.
-    """
-    faults = FaultCollector(table.file)
-    widths = {len(row.cells) for row in table.rows}
-    if len(widths) == 1 and widths != {2 * len(markers)}:
-        step = "Give the file a header: time_s,nose_x,nose_y,…"
-        found = f"{widths.pop()} in every row"
-        wanted = f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}"
-        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
-        faults.raise_if_any()
-    columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
-    values = to_numbers(table, columns, faults)
-    faults.raise_if_any()
-    position, lines = values.reshape(len(values), len(markers), 2), [f"line {row.line}" for row in table.rows]
-    unknown = np.full(position.shape[:2], np.nan)
-    return ForeignTracks(table.file, "marker", markers, position, unknown, lines, None, np.arange(len(values)))
-
-
-def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, int]]:
-    """Return the columns of each marker by coordinate: x, y, and confidence where there is one."""
-    found: dict[str, dict[int, int]] = {}
-    for column, name in enumerate(header):
-        match = re.fullmatch(r"(.+?)[_. ]([A-Za-z]+)", name)
-        if match is None or match[2].lower() not in COORD_PLACES or name.lower() == ANIMAL_SCORE:
-            continue
-        columns, place = found.setdefault(match[1], {}), COORD_PLACES[match[2].lower()]
-        if place in columns:
-            faults.add("line 1", f"column {name!r} is repeated", expected="one of each")
-        columns.setdefault(place, column)
-    return {name: columns for name, columns in found.items() if _has_place(name, found, header, faults)}
-
-
-def _has_place(name: str, found: dict[str, dict[int, int]], header: list[str], faults: FaultCollector) -> bool:
-    """Tell whether a marker has x and y; add a fault where it has only one of them."""
-    columns = found[name]
-    if {0, 1} <= columns.keys():
-        return True
-    if 0 in columns or 1 in columns:
-        lacking, there = ("y", columns[0]) if 0 in columns else ("x", columns[1])
-        taken = {header[k] for own in found.values() if {0, 1} <= own.keys() for k in own.values()} | {header[there]}
-        hint = did_you_mean(header[there][:-1] + lacking, [each for each in header if each not in taken])
-        faults.add("line 1", f"marker {name!r} has no {lacking}", expected="x and y", next_step=hint)
-    return False
-
-
-def _when(header: list[str], rows: Sequence[Row]) -> int | None:
-    """Return the column of the time, or else that of the frame number; None if there is neither.
-
-    A separator at the end of each row makes an empty column without a name, which counts nothing.
-    """
-    lower = [name.lower() for name in header]
-    for names in (IN_SECONDS, IN_MILLISECONDS, FRAMES):
-        for column, name in enumerate(lower):
-            if name in names and (name or any("".join(row.cells[column : column + 1]) for row in rows)):
-                return column
-    return None
-
-
-def _whole_frames(
-    samples: np.ndarray, frame: np.ndarray, lines: list[str], of_sleap: bool, faults: FaultCollector
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Sort the rows by frame for SLEAP, and add the frames that it left out as missing."""
-    if not len(frame) or not np.array_equal(frame, np.rint(frame)):
-        return samples, frame, lines
-    if of_sleap and len(np.unique(frame)) < len(frame):
-        step = "Delete the tracks of the others in SLEAP (Tracks > Delete …), and export again."
-        faults.add("", "more than one animal in a frame", expected="one animal", next_step=step)
-        faults.raise_if_any()
-    order = np.argsort(frame, kind="stable") if of_sleap else np.arange(len(frame))
-    samples, frame, lines = samples[order], frame[order], [lines[k] for k in order]
-    span = frame[-1] - frame[0] + 1
-    if not of_sleap or span == len(frame) or span > 100 * len(frame):
-        return samples, frame, lines
-    whole = np.full((int(span), *samples.shape[1:]), np.nan)
-    rows = (frame - frame[0]).astype(int)
-    whole[rows] = samples
-    places = [f"frame {int(frame[0]) + k}" for k in range(int(span))]
-    for row, line in zip(rows.tolist(), lines, strict=True):
-        places[row] = line
-    return whole, frame[0] + np.arange(span), places
 
 
 FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
@@ -443,6 +289,12 @@ FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
 }
 """The forms that tracks can be written in, by name: the contract's CSV, DeepLabCut's CSV, netCDF as of the package
 `movement`, the authors' CSV without a header."""
+
+
+MOST_ROWS = 10
+"""Rows for each frame, beyond which the times of a form without times have jumped."""
+WITH_TIMES = frozenset({"swimcal", "movement"})
+"""The forms that hold the times of the frames."""
 
 
 def read_foreign(path: Path, markers: Sequence[str]) -> ForeignTracks:
@@ -486,7 +338,7 @@ def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
     """Write tracks in a form of `FORMATS`, whole or not at all.
 
     States and sizes are kept by ``movement`` alone, times by ``swimcal`` and ``movement``, confidences by all but
-    ``fishsim``.
+    ``fishsim``. The forms without times have a row for each frame that is left out, without samples.
 
     Args:
         tracked: the tracks.
@@ -494,9 +346,31 @@ def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
         form: a key of `FORMATS`.
 
     Raises:
+        InputError: a form without times cannot hold them, as they are not those of an even clock.
         ResultsNotWritable: the file cannot be written.
     """
-    FORMATS[form](path, tracked)
+    FORMATS[form](path, tracked if form in WITH_TIMES else _every_frame(tracked, form))
+
+
+def _every_frame(tracked: xr.Dataset, form: str) -> xr.Dataset:
+    """Return tracks with a row for each frame of an even clock, without samples where there was none."""
+    time_s = tracked.time.values
+    if len(time_s) < 2:
+        return tracked
+    step_s = float(np.median(np.diff(time_s)))
+    frame = np.rint((time_s - time_s[0]) / step_s)
+    step_s = float((frame @ (time_s - time_s[0])) / (frame @ frame))
+    off_s = np.abs(time_s - time_s[0] - frame * step_s).max()
+    if off_s > COARSE * step_s or (np.diff(frame) < 1).any() or frame[-1] > MOST_ROWS * len(frame):
+        lasts_s = time_s[-1] - time_s[0]
+        found = f"{len(frame)} frames in {lasts_s:.4g} s, up to {off_s:.2g} s off frames every {step_s:.3g} s"
+        what, choices = f"{form!r} holds no times, and these are not even", tuple(sorted(WITH_TIMES))
+        raise InputError([Fault("--to", "", what, found, "an even clock", choices)])
+    if frame[-1] + 1 == len(frame):
+        return tracked
+    filled = tracked.assign_coords(time=frame).reindex(time=np.arange(frame[-1] + 1))
+    confidence = filled.confidence.fillna(0.0)
+    return filled.assign(confidence=confidence).assign_coords(time=time_s[0] + step_s * filled.time.values)
 
 
 def _netcdf(path: Path) -> Engine | None:

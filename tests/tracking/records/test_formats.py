@@ -99,7 +99,7 @@ def test_faults_of_a_deeplabcut_file_are_reported_at_once(tmp_path):
     with pytest.raises(InputError) as raised:
         import_tracks(written(tmp_path, DLC.replace("0.9", "1.9").replace("\n4,", "\n2,")), ("nose", "neck"), FPS)
     assert "line 4, nose: confidence out of range; found 1.9; expected 0 to 1" in str(raised.value)
-    assert "line 5: time does not increase" in str(raised.value)
+    assert "line 5: frames do not go on" in str(raised.value)
 
 
 def test_a_body_part_twice_is_refused_and_not_the_first_taken(tmp_path):
@@ -165,3 +165,27 @@ def test_a_file_that_is_not_there_is_reported(tmp_path):
         import_tracks(tmp_path / "none.csv", MARKERS, FPS)
     with pytest.raises(InputError, match="the file is not there"):
         import_tracks(tmp_path / "none.nc", MARKERS, FPS)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_frames_that_are_left_out_stay_out_in_every_form(tmp_path, form):
+    whole = steady_trial(4)
+    kept = np.delete(np.arange(whole.sizes["time"]), slice(5, 9))
+    export_tracks(whole.isel(time=kept), tmp_path / "tracks", form)
+    found = import_tracks(tmp_path / "tracks", MARKERS, FPS)
+    seen = ~np.isnan(pixels_of(found)).all(axis=(1, 2))
+    places, times = pixels_of(whole)[kept], whole.time.values[kept]
+    present = ~np.isnan(places).all(axis=(1, 2))
+    np.testing.assert_array_equal(pixels_of(found)[seen], places[present])
+    np.testing.assert_allclose(found.time.values[seen], times[present])
+
+
+@pytest.mark.parametrize("form", ["deeplabcut", "fishsim"])
+def test_forms_without_times_refuse_uneven_ones(tmp_path, form):
+    trial = steady_trial(4)
+    uneven = np.cumsum(np.where(np.arange(trial.sizes["time"]) % 2, 0.02, 0.031))
+    late = np.where(np.arange(trial.sizes["time"]) < 10, trial.time.values, trial.time.values + 7200.0)
+    for times in (uneven, late):
+        with pytest.raises(InputError, match=f"'{form}' holds no times, and these are not even.*movement, swimcal"):
+            export_tracks(trial.assign_coords(time=times), tmp_path / "tracks", form)
+        assert not (tmp_path / "tracks").exists()

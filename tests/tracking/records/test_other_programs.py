@@ -168,7 +168,7 @@ def test_names_in_other_letters_are_paired_by_what_they_say(tmp_path: Path) -> N
     titled = [
         name.replace("neck", "Neck").replace("nose", "NOSE").replace("tail_1", "Tail 1") for name in head("time_s")
     ]
-    with pytest.raises(InputError, match="--rename NOSE=nose,Neck=neck,Tail 1=tail_1`"):
+    with pytest.raises(InputError, match="--rename 'NOSE=nose,Neck=neck,Tail 1=tail_1'`"):
         import_tracks(table(tmp_path / "t.csv", titled, SECONDS), MARKERS)
 
 
@@ -238,3 +238,116 @@ def test_labels_of_deeplabcut_are_no_tracks(tmp_path: Path) -> None:
     (tmp_path / "CollectedData_me.csv").write_text(text)
     with pytest.raises(InputError, match="labels of single pictures, not tracks of a video; found 2 pictures"):
         import_tracks(tmp_path / "CollectedData_me.csv", ("nose",), 60.0)
+
+
+def test_a_header_in_a_comment_names_the_columns(tmp_path: Path) -> None:
+    turned = head("")[1:][::-1]
+    path = tmp_path / "t.csv"
+    np.savetxt(path, PLACES.reshape(30, -1)[:, ::-1], delimiter=",", header=",".join(turned))
+    np.testing.assert_array_equal(pixels_of(import_tracks(path, MARKERS, 60.0)), PLACES)
+
+
+@pytest.mark.parametrize("first", ["#", "#frame", "%frame"])
+def test_so_does_one_whose_first_name_is_a_comment(tmp_path: Path, first: str) -> None:
+    file = table(tmp_path / "t.csv", head(first), [str(k) for k in range(30)])
+    np.testing.assert_array_equal(pixels_of(import_tracks(file, MARKERS, 60.0)), PLACES.round(3))
+
+
+@pytest.mark.parametrize(
+    ("more", "cells", "message"),
+    [
+        (["nose_z", "neck_z", "tail_1_z"], ["0.5"] * 3, "places in space, in three coordinates; found z of nose, neck"),
+        (["nose_occluded"], ["0", "1"], "column 'nose_occluded' has no known name.*name it nose_confidence"),
+        (["Likelihood"], ["0.9", "0.2"], "column 'Likelihood' has no known name"),
+        (["id"], ["0", "1"], "several animals in column 'id'; found 0, 1"),
+        (["individual"], ["anna", "bea"], "several animals in column 'individual'; found anna, bea"),
+    ],
+)
+def test_columns_that_change_what_is_read_are_asked_about(
+    tmp_path: Path, more: list[str], cells: list[str], message: str
+) -> None:
+    lines = table(tmp_path / "t.csv", head("time_s"), SECONDS).read_text().splitlines()
+    wide = len(more) > 1
+    rows = [f"{line},{','.join(cells) if wide else cells[k % len(cells)]}" for k, line in enumerate(lines[1:])]
+    (tmp_path / "t.csv").write_text("\n".join([f"{lines[0]},{','.join(more)}", *rows, ""]))
+    with pytest.raises(InputError, match=message):
+        import_tracks(tmp_path / "t.csv", MARKERS)
+
+
+@pytest.mark.parametrize("name", ["p", "c", "lik", "visible", "Prob"])
+def test_a_confidence_may_have_a_short_name(tmp_path: Path, name: str) -> None:
+    lines = table(tmp_path / "t.csv", head("time_s"), SECONDS).read_text().splitlines()
+    rows = [f"{line},{0 if k < 5 else 1}" for k, line in enumerate(lines[1:])]
+    (tmp_path / "t.csv").write_text("\n".join([f"{lines[0]},nose_{name}", *rows, ""]))
+    confidence = import_tracks(tmp_path / "t.csv", MARKERS).confidence.values
+    np.testing.assert_array_equal(confidence[:, 0], [0] * 5 + [1] * 25)
+    assert (confidence[:, 1:] == 1).all()
+
+
+@pytest.mark.parametrize("first", ["frame", ""])
+def test_frames_that_are_no_whole_numbers_are_asked_about(tmp_path: Path, first: str) -> None:
+    file = table(tmp_path / "t.csv", head(first), [f"{k / 60:.5f}" for k in range(30)])
+    with pytest.raises(InputError, match=r"does not count frames; found 0\.01667.*name it time_s or time_ms"):
+        import_tracks(file, MARKERS, 60.0)
+
+
+def test_a_frame_twice_is_told_by_its_number(tmp_path: Path) -> None:
+    file = table(tmp_path / "t.csv", head("frame"), [str(min(k, 28)) for k in range(30)])
+    with pytest.raises(InputError, match="line 31: frames do not go on; found 28; expected after 28"):
+        import_tracks(file, MARKERS, 60.0)
+
+
+@pytest.mark.parametrize("form", ["{}", "{}.0"])
+def test_a_first_row_that_numbers_the_columns_is_no_frame(tmp_path: Path, form: str) -> None:
+    names = [form.format(k) for k in range(7)]
+    file = table(tmp_path / "t.csv", names[1:], ["0"] * 30)
+    rows = [line.split(",", 1)[1] for line in file.read_text().splitlines()[1:]]
+    file.write_text("\n".join([",".join(names[:6]), *rows, ""]))
+    with pytest.raises(InputError, match="line 1: the first row numbers the columns"):
+        import_tracks(file, MARKERS, 60.0)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_places_beside_every_picture_are_refused(tmp_path: Path, axis: int) -> None:
+    away = PLACES - 500 * np.eye(2)[axis]
+    path = tmp_path / "t.csv"
+    np.savetxt(path, away.reshape(30, -1), delimiter=",", header=",".join(head("")[1:]), comments="")
+    with pytest.raises(InputError, match=f"{'xy'[axis]} is negative, where no picture is"):
+        import_tracks(path, MARKERS, 60.0)
+
+
+@pytest.mark.parametrize("ends", [",", "\n" + "," * 6 + "\n" + "," * 6, ""])
+def test_what_a_sheet_leaves_at_the_ends_counts_nothing(tmp_path: Path, ends: str) -> None:
+    lines = table(tmp_path / "t.csv", head("time_s"), SECONDS).read_text().splitlines()
+    if ends == ",":
+        text = "\n".join(f"{line.split(',', 1)[1]}," for line in lines[1:])
+    elif ends:
+        text = "\n".join(lines) + ends
+    else:
+        text = "sep=,\n" + "\n".join(
+            ",".join(f'"{cell}"'.replace(".", ",") for cell in line.split(",")) for line in lines
+        )
+    (tmp_path / "t.csv").write_text(text)
+    np.testing.assert_array_equal(pixels_of(import_tracks(tmp_path / "t.csv", MARKERS, 60.0)), PLACES.round(3))
+
+
+@pytest.mark.parametrize("fps", ["None", "60 Hz", [60.0, 60.0]])
+def test_a_frame_rate_of_movement_that_is_none_is_passed_over(fps: object) -> None:
+    data = to_movement(mixed_trial(3)).assign_attrs(fps=fps)
+    found = from_movement(data, "memory")
+    assert found.time_s is not None
+
+
+@pytest.mark.parametrize("change", ["unit", "space", "confidence"])
+def test_places_of_movement_that_are_no_pixels_are_refused(change: str) -> None:
+    data = to_movement(mixed_trial(3))
+    if change == "confidence":
+        data = data.assign(confidence=data.confidence.isel(keypoint=0, drop=True))
+        assert np.isnan(from_movement(data, "memory").confidence).all()
+        return
+    if change == "unit":
+        data.position.attrs["space_unit"] = "mm"
+    else:
+        data = data.reindex(space=["x", "y", "z"], fill_value=0.0)
+    with pytest.raises(InputError, match="found the unit mm" if change == "unit" else "places in space"):
+        from_movement(data, "memory")
