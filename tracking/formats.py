@@ -267,8 +267,7 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         faults.add("", "no x and y", found=shown(data["space"].values.tolist()), expected="x and y in space")
     elif "z" in axes:
         refuse_space(data["keypoint"].values.astype(str).tolist(), faults)
-    attributes = data["position"].attrs
-    unit = str(attributes.get("space_unit") or attributes.get("units") or "px")
+    unit = str(data["position"].attrs.get("space_unit", "px"))  # `units` outlasts a conversion by arithmetic
     if unit.lower() not in PIXELS:
         step = "Give the places as they were tracked, before they are scaled."
         faults.add("", "the places are not in pixels", found=f"the unit {unit}", expected="px", next_step=step)

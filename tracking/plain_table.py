@@ -124,7 +124,7 @@ def _check_marker_columns(
     """
     used = {column for columns in markers.values() for column in columns.values()}
     for k in set(range(len(header))) - used:
-        match = re.fullmatch(r"(.+?)[_. ](\w+)", header[k])
+        match = re.fullmatch(r"(.+?)[_. ]([A-Za-z]+)", header[k])
         whose = match[1] if match and match[1] in markers else ""
         known = values[np.isfinite(values[:, k]), k]
         between = len(known) > 0 and 0 <= known.min() < known.max() <= 1

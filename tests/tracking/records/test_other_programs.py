@@ -258,6 +258,7 @@ def test_so_does_one_whose_first_name_is_a_comment(tmp_path: Path, first: str) -
     [
         (["nose_z", "neck_z", "tail_1_z"], ["0.5"] * 3, "places in space, in three coordinates; found z of nose, neck"),
         (["nose_occluded"], ["0", "1"], "column 'nose_occluded' has no known name.*name it nose_confidence"),
+        (["tail_1_occluded"], ["0", "1"], "column 'tail_1_occluded' has no known name.*name it tail_1_confidence"),
         (["Likelihood"], ["0.9", "0.2"], "column 'Likelihood' has no known name"),
         (["id"], ["0", "1"], "several animals in column 'id'; found 0, 1"),
         (["individual"], ["anna", "bea"], "several animals in column 'individual'; found anna, bea"),
