@@ -18,6 +18,8 @@ from swimcal.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
 EMPTY = "the file is empty"
+_TOLD, _NO_TEXT = 4096, frozenset(range(9))
+"""First bytes of a file, none of which are these where it is text in another encoding."""
 FILL = "Write the recording to it again, or take it out of session.toml."
 
 
@@ -64,7 +66,8 @@ def read_text(path: Path) -> str:
         faults.add("", "this is a folder", expected="a file")
     except UnicodeDecodeError as error:
         found = f"byte {error.object[error.start]:#04x} at {error.start}"
-        step = "Save it again as CSV in UTF-8." if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else ""
+        text = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or not set(data[:_TOLD]) & _NO_TEXT
+        step = "Save it again as CSV in UTF-8." if text else ""
         faults.add("", "not a text file", found=found, expected="text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         expected, step = "a whole gzip file", "Copy or pack it again."

@@ -36,16 +36,8 @@ from swimcal.errors import Fault, FaultCollector, InputError, shown
 from swimcal.results import program_version, write_whole, writing_whole
 from swimcal.tables import RawTable, to_numbers
 from swimcal.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
-from tracking.foreign import (
-    COARSE,
-    HDF5,
-    NETCDF_3,
-    ForeignTracks,
-    check_readable,
-    read_foreign_table,
-    refuse_space,
-    save_fishsim,
-)
+from tracking.foreign import COARSE, ForeignTracks, read_foreign_table, refuse_space, save_fishsim
+from tracking.other_programs import HDF5, NETCDF_3, check_readable
 from tracking.plain_table import check_frames, read_headerless, read_plain
 
 # DeepLabCut.

@@ -352,3 +352,22 @@ def test_places_of_movement_that_are_no_pixels_are_refused(change: str) -> None:
         data = data.reindex(space=["x", "y", "z"], fill_value=0.0)
     with pytest.raises(InputError, match="found the unit mm" if change == "unit" else "places in space"):
         from_movement(data, "memory")
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y\nLabel,Spot ID,Track ID,Quality,X,Y\n", "TrackMate"),
+        ("Label,Spot ID,Track ID,Quality,X,Y\n", "TrackMate"),
+        ('"Number of header lines:";"6"\n"Experiment";"pool"\n', "EthoVision"),
+        ("NO_OF_FRAMES\t301\nNO_OF_CAMERAS\t8\n", "motion capture"),
+        ("Format Version,1.23,Take Name,one\n", "motion capture"),
+        ("%time,field.header.seq,field.x\n1,2,3\n", "ROS"),
+        ("<KinoveaVideoAnalysis>", "Kinovea"),
+        ("PathFileType\t4\t(X/Y/Z)\n", "TRC"),
+    ],
+)
+def test_tables_that_are_no_tracks_are_named_for_what_they_are(tmp_path: Path, text: str, named: str) -> None:
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(InputError, match=f"this is .*{named}"):
+        import_tracks(tmp_path / "t.csv", MARKERS, 60.0)
