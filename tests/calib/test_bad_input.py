@@ -173,6 +173,7 @@ def test_no_tracks_make_the_pipeline_fall(text: bytes) -> None:
     assert isinstance(outcome_with(TOML.encode(), text), str)
 
 
+@pytest.mark.long
 @broken
 @given(
     start=st.integers(0, 59),

@@ -140,6 +140,7 @@ def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitt
     assert [source["quantity"] for source in reported["structure"]["sources"]] == list(KEYS)
 
 
+@pytest.mark.long
 def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfitted: Path) -> None:
     only(unfitted, "pull")
 

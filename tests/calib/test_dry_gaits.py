@@ -24,6 +24,7 @@ def pipeline(folder: Path) -> Pipeline:
     return Pipeline(open_session(folder), Options("quick", workers=1))
 
 
+@pytest.mark.long
 def test_a_dry_run_has_a_features_whose_head_stands_still(folder: Path) -> None:
     (run,) = pipeline(folder).recordings.in_air.runs
     assert run.name.startswith("dry")

@@ -148,6 +148,7 @@ def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypa
     assert files_in(finished) == {**before, **{name: files_in(finished)[name] for name in own}}
 
 
+@pytest.mark.long
 def test_tables_and_figures_that_there_are_not_are_reported_with_the_choices(finished: Path) -> None:
     found = front.fit(finished, **QUIET)
     with pytest.raises(front.InputError, match=r"no such table; found 'wrong'; .* choices: trials, coefficients"):

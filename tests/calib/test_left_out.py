@@ -141,6 +141,7 @@ def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Fro
     assert next(flag["message"] for flag in data["flags"] if flag["kind"] == "left_out").startswith("fast is left out:")
 
 
+@pytest.mark.long
 def test_a_spoiled_film_stops_no_fit_of_the_others_and_is_flagged(calib: Front, filmed: Path) -> None:
     (filmed / "trials" / "fast.mp4").write_bytes(b"")
     outcome = calib("run", filmed, "--effort", "quick", "--until", "fit")

@@ -51,6 +51,7 @@ def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Fro
     assert not (tmp_path / "s").exists()
 
 
+@pytest.mark.long
 def test_a_synthetic_session_is_of_the_robot_that_was_given(calib: Front, tmp_path: Path) -> None:
     file = ROOT / "tests" / "swimcal" / "robots" / "three_link.toml"
     assert calib("new", tmp_path / "s", "--synthetic", "--robot", file).code == 0

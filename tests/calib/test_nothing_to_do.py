@@ -50,6 +50,7 @@ def test_a_repeated_function_measures_and_simulates_nothing(whole: Path) -> None
     assert package.report(whole).file == whole / "results" / "report.html"
 
 
+@pytest.mark.long
 def test_a_repeated_command_says_the_same(calib: Front, whole: Path) -> None:
     for command in COMMANDS:
         for options in ((), ("-v",)) if command == "fit" else ((),):

@@ -62,6 +62,7 @@ def test_a_result_that_is_gone_is_made_again(calib: Front, tracked: Path, lost: 
     assert path.read_bytes() == before
 
 
+@pytest.mark.long
 def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path) -> None:
     given = load_boxes(filmed / "trials" / "slow.boxes.json", FISHSIM_MARKERS)
     without_boxes(with_tracks(filmed, "fast"), "slow")
@@ -107,6 +108,7 @@ def test_a_film_whose_boxes_are_not_found_hides_no_other_film(
     assert list(json.loads(calib("track", tracked, "--json").out)) == ["fast"]
 
 
+@pytest.mark.long
 def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
     outcome = calib("track", with_tracks(filmed, "fast"), "--click")
 
@@ -222,6 +224,7 @@ def test_tracks_of_a_file_win_over_the_video(calib: Front, tracked: Path) -> Non
     assert set(json.loads(calib("track", tracked, "--json").out)) == {"slow"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
     with_tracks(tracked, "fast")

@@ -54,6 +54,7 @@ def test_frames_before_the_boxes_are_tracked_backward_and_keep_their_numbers(fil
     assert np.nanmax(np.abs(pixels_of(used) - pixels_of(true))) < 0.5
 
 
+@pytest.mark.long
 def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
     calib: Front, filmed: Path, tracked_session: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

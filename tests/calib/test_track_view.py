@@ -55,6 +55,7 @@ def test_after_a_fit_of_any_effort_it_shows_the_twin_next_to_them(calib: Front, 
         assert any(entity.startswith(f"/{name}/picture/twin") for entity in contents.entities)
 
 
+@pytest.mark.long
 def test_a_fit_that_is_out_of_date_is_not_shown(calib: Front, fitted: Path) -> None:
     edit(fitted / "session.toml", "warmup_s = 1.0", "warmup_s = 0.9")
 

@@ -42,6 +42,7 @@ def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
     assert found.gone == ("bend_offset",)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 14])
 def test_parameters_of_which_the_swims_say_nothing_weigh_nothing(count: int) -> None:
     at = linear("shorter")

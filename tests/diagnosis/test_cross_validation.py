@@ -51,6 +51,7 @@ def test_only_what_makes_forecasts_of_features_surely_worse_is_refuted(
     assert refutable(told, refitted(*names), weighed) == against
 
 
+@pytest.mark.long
 def test_two_fitted_trials_say_nothing(weighed: Hypotheses) -> None:
     before = Validated(Verdict("named", (("slack",),)), Probabilities(("slack",), {}), refitted("slack"))
     assert validated(before, linear(), weighed, lambda names: refitted(*names), 0) is before

@@ -64,6 +64,7 @@ def seen(slower: float | None = None, logged: float | None = None) -> tuple[Line
     return found.linear, found.probabilities
 
 
+@pytest.mark.long
 def test_its_numbers_end_the_row() -> None:
     at = linear(0.1, 0.3)
     assert at.model.of_rings == 2
@@ -84,6 +85,7 @@ def test_robots_that_are_a_little_off_move_it_with_the_features() -> None:
     assert np.linalg.eigvalsh(at.covariance).min() > 0
 
 
+@pytest.mark.long
 def test_water_and_motors_do_not_move_it() -> None:
     moved = {each.effect.name: np.abs(each.rows[:, -2:]).max() for each in signatures(linear())}
     assert moved[RATIO] == moved["background_current"] == 0.0

@@ -30,6 +30,7 @@ def drawn(everywhere: float, near: float) -> Discrepancy:
     return Discrepancy(directions, np.tile([everywhere, near], (LENGTH, 1)))
 
 
+@pytest.mark.long
 def test_each_swim_varies_at_the_phase_at_which_its_tail_begins() -> None:
     known = drawn(0.5, 0.3)
     found = known.of_features(HERTZ, PHASE_RAD).reshape(3, LENGTH, 3, LENGTH)

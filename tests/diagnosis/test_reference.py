@@ -83,6 +83,7 @@ def test_a_change_is_named_with_its_size_not_with_the_error_of_both() -> None:
     assert best.values[0] == pytest.approx(LONGER, abs=max(3 * sd, 0.01))
 
 
+@pytest.mark.long
 def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> None:
     both, sizes = joint(), Sizes(1.0, 0.003, 1.0)
     given = both.model_of("changed", sizes)

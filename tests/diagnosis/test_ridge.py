@@ -58,6 +58,7 @@ def leaving(left: np.ndarray) -> LinearModel:
     return found
 
 
+@pytest.mark.long
 def test_of_noise_nothing_is_made() -> None:
     for seed in range(12):
         at = leaving(noise(np.random.default_rng([seed, 41])))

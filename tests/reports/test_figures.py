@@ -43,6 +43,7 @@ def test_every_figure_stays_within_its_frame(whole: dict[str, Plot]) -> None:
     assert len(whole) > 30
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [9, *later(1, 2, 4, 5, 7)])
 def test_it_does_so_however_many_trials_there_are(count: int) -> None:
     context = made_context(of_trials(made_calibration(flagged=count < 3), count, logged=True))

@@ -78,6 +78,7 @@ def test_a_swim_with_a_log_is_pushed_coasts_and_swims_in_the_drive() -> None:
     assert other.speed_m_s == simulate_swims(small_plan())[1].speed_m_s
 
 
+@pytest.mark.long
 def test_the_session_names_the_log_but_not_its_clock(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "s", logged_swim().model_copy(update={"dry_runs": dry_plan().dry_runs}))
     session, text = load_session(folder), (folder / "session.toml").read_text()

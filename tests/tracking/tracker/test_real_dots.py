@@ -143,6 +143,7 @@ def test_one_dot_of_another_colour_is_told_by_its_brightness(tmp_path: Path) -> 
     assert clip.off(tmp_path).max() < 0.6
 
 
+@pytest.mark.long
 def test_a_pale_bar_over_a_white_dot_is_not_taken_for_it(tmp_path: Path) -> None:
     clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, diameter_px=lambda _: 12.0, speed_px=1.5, bar_px=(215, 239))
     tracked = clip.tracked(tmp_path, 60)
