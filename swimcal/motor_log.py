@@ -39,8 +39,10 @@ _SPARSE_SHARE = 0.3
 _AMBIGUOUS = 0.4
 # Readings further apart than this, s, are of times in another unit: a motor is read many times a second.
 _SELDOM = 5.0
-_SLOW = 0.5  # readings further apart than this, s, are so if something else says so too
-_CREEPING = 0.02 * TURN  # rad/s; of a crank that seems to turn slower, with readings so far apart, they are so
+# Readings further apart than this, s, make their unit doubtful.
+_SLOW = 0.5
+# Slowest crank, rad/s, that is believed where the unit is doubtful.
+_CREEPING = 0.02 * TURN
 _PER_SECOND = (1e3, 1e6, 1e9)
 # Readings count as missing where two are further apart than this many times the usual spacing.
 _GAP = 3.0
@@ -55,8 +57,10 @@ POSITIONS = {f"position_{unit}": TURN / of_turn for unit, of_turn in _PER_TURN.i
 VELOCITIES = {f"velocity_{unit}_s": TURN / of_turn for unit, of_turn in _PER_TURN.items()} | {"velocity_rpm": TURN / 60}
 """Names that the velocity may have in the header, and the size of each unit in rad/s."""
 
-SPEED_RAD_S, CURRENT_A = 0.229 * TURN / 60, 2.69e-3
-"""Units of the motor's registers of velocity, rad/s, and of current, A (ROBOTIS e-Manual, XW540-T140-R)."""
+SPEED_RAD_S = 0.229 * TURN / 60
+"""Unit of the motor's register of velocity, rad/s (ROBOTIS e-Manual, XW540-T140-R)."""
+CURRENT_A = 2.69e-3
+"""Unit of its register of current, A."""
 
 # Registers of 32 and 16 bits are signed; read as unsigned, negative values appear above half of their range.
 _RANGE = {

@@ -18,8 +18,8 @@ from swimcal.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
 EMPTY = "the file is empty"
-_TOLD, _NO_TEXT = 4096, frozenset(range(9))
-"""First bytes of a file, none of which are these where it is text in another encoding."""
+CONTROLS = frozenset(range(9))
+"""Bytes that text has none of, in any encoding of one byte a letter."""
 FILL = "Write the recording to it again, or take it out of session.toml."
 
 
@@ -66,7 +66,7 @@ def read_text(path: Path) -> str:
         faults.add("", "this is a folder", expected="a file")
     except UnicodeDecodeError as error:
         found = f"byte {error.object[error.start]:#04x} at {error.start}"
-        text = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or not set(data[:_TOLD]) & _NO_TEXT
+        text = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or CONTROLS.isdisjoint(data[:4096])
         step = "Save it again as CSV in UTF-8." if text else ""
         faults.add("", "not a text file", found=found, expected="text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:

@@ -14,9 +14,12 @@ import numpy as np
 
 from swimcal.flags import Flag
 
-LEAST_PX, LEAST_LENGTH, TIMES_USUAL = 6.0, 0.01, 4.0
-"""A jump moves half of the markers or more off the smooth motion by all three: so many px, this share of the body's
-length in the picture, and so many times what is usual in the trial, noise and hard beats included."""
+LEAST_PX = 6.0
+"""A jump moves half of the markers or more off the smooth motion by at least so many px."""
+LEAST_LENGTH = 0.01
+"""It moves them by at least this share of the body's length in the picture."""
+TIMES_USUAL = 4.0
+"""It moves them by at least so many times what is usual in the trial, noise and hard beats included."""
 AROUND, STANDS_OUT = 10, 2.0
 """No step of so many frames before and after is half as large, or the robot was shaken."""
 LONG_STEP = 2.5
@@ -32,15 +35,21 @@ MOST_MISSING = 12
 """Frames that are looked for between two; more are a jump."""
 BESIDE, DEGREE = 5, 4
 """Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
-BETTER, STANDS_OUT_MISSING, LEAST_OFF_PX = 0.5, 2.5, 0.3
+BETTER = 0.5
 """Frames are missing where the motion with their time put between is off by this share, at most, of what it is off
-without; and without by so many times what is usual in the trial, and by so many px, rms."""
+without."""
+STANDS_OUT_MISSING = 2.5
+"""Without it, it is off by at least so many times what is usual in the trial."""
+LEAST_OFF_PX = 0.3
+"""Without it, it is off by at least so many px, rms."""
 
 
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
-    """Find the frames to which the whole body of markers (n, m, 2) jumps, with its distance from its motion, px.
+    """Find the frames to which the whole body jumps, with its distance from its motion, px; 0 where frames are missing.
 
-    `time_s` (n,) are the times of the frames, s.
+    Args:
+        time_s: (n,) times of the frames, s.
+        position_px: (n, m, 2) positions of the markers in the image, px, nan where missing.
     """
     if len(time_s) < 8 or position_px.shape[1] < FEWEST_MARKERS:
         return []
@@ -66,19 +75,21 @@ def longest_part(frames: int, jumps: list[int]) -> slice:
 
 
 def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each jump of the whole body."""
-    return [
-        Flag(
-            "jump",
-            markers,
-            (frame, frame),
-            (f"the whole body jumps by {off_px:.0f} px" if off_px else "frames are missing")
-            + f" between frames {frame - 1} and {frame}"
-            + (": the camera was moved, or frames are missing" if off_px else ", though the times go on")
-            + f"; only frames {part.start} to {part.stop - 1} count",
-        )
-        for frame, off_px in jumps
-    ]
+    """Make a flag for each jump of the whole body.
+
+    Args:
+        jumps: frames and distances, px, as `body_jumps` finds them.
+        part: the frames that count.
+        markers: names of all markers.
+    """
+
+    def message(frame: int, off_px: float) -> str:
+        where, count = f"between frames {frame - 1} and {frame}", f"only frames {part.start} to {part.stop - 1} count"
+        if not off_px:
+            return f"frames are missing {where}, though the times go on; {count}"
+        return f"the whole body jumps by {off_px:.0f} px {where}: the camera was moved, or frames are missing; {count}"
+
+    return [Flag("jump", markers, (frame, frame), message(frame, off_px)) for frame, off_px in jumps]
 
 
 def _moving(position_px: np.ndarray) -> np.ndarray:

@@ -90,11 +90,11 @@ class JointGaussian:
 
 
 class BodyInPose(NamedTuple):
-    """The body in one frame.
+    """The body in the poses of frames (...), one or many.
 
     Attributes:
-        place_px: (m, 2) the layout in the image.
-        heading: (2, 2) rotation: a row vector in the image times it is in the axes of the body.
+        place_px: (..., m, 2) the layout in the image.
+        heading: (..., 2, 2) rotations: a row vector in the image times one is in the axes of the body.
         mean_px: (2m,) expected deviation from the layout, in these axes.
     """
 
@@ -103,13 +103,15 @@ class BodyInPose(NamedTuple):
     mean_px: np.ndarray
 
     def to_body(self, position_px: np.ndarray) -> np.ndarray:
-        """Return (2m,) deviations of positions (m, 2) from the mean; 0 where a sample is missing."""
-        deviation = ((position_px - self.place_px) @ self.heading).ravel() - self.mean_px
+        """Return (..., 2m) deviations of positions (..., m, 2) from the mean, px; 0 where a sample is missing."""
+        turned = (position_px - self.place_px) @ self.heading
+        deviation = turned.reshape(*turned.shape[:-2], -1) - self.mean_px
         return np.where(np.isnan(deviation), 0.0, deviation)
 
     def to_image(self, deviation: np.ndarray) -> np.ndarray:
-        """Return (m, 2) positions; the inverse of `to_body`."""
-        return (deviation + self.mean_px).reshape(-1, 2) @ self.heading.T + self.place_px
+        """Return (..., m, 2) positions, px; the inverse of `to_body`."""
+        place = (deviation + self.mean_px).reshape(*deviation.shape[:-1], -1, 2)
+        return place @ np.swapaxes(self.heading, -1, -2) + self.place_px
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,18 +153,16 @@ class BodyModel:
         return np.linalg.solve(weights @ self.moves + 1e-9 * np.eye(4), weights)
 
     def to_body(self, position_px: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Return (n, 2m) deviations from the mean; 0 where a sample is missing."""
-        offset = position_px - (pose @ self.moves.T).reshape(position_px.shape)
-        return np.nan_to_num((offset @ _heading(pose)).reshape(len(pose), -1) - self.mean_px)
+        """Return (n, 2m) deviations of positions (n, m, 2) from the mean in poses (n, 4), px; 0 where missing."""
+        return self.in_pose(pose).to_body(position_px)
 
     def to_image(self, deviation: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Return (n, m, 2) positions; the inverse of `to_body`."""
-        offset = (deviation + self.mean_px).reshape(len(pose), -1, 2) @ _heading(pose).transpose(0, 2, 1)
-        return offset + (pose @ self.moves.T).reshape(offset.shape)
+        """Return (n, m, 2) positions, px; the inverse of `to_body`."""
+        return self.in_pose(pose).to_image(deviation)
 
     def in_pose(self, pose: np.ndarray) -> "BodyInPose":
-        """Return the body in the pose (4,) of one frame."""
-        return BodyInPose((self.moves @ pose).reshape(-1, 2), _heading(pose[None])[0], self.mean_px)
+        """Return the body in poses (..., 4), combinations of `moves`."""
+        return BodyInPose((pose @ self.moves.T).reshape(*pose.shape[:-1], -1, 2), _heading(pose), self.mean_px)
 
     def put_by_others(self, position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
         """Return (n, m, 2) where the active markers of a frame put each marker, itself left out."""
@@ -252,7 +252,7 @@ def fit_body_model(prior: BodyModel, position_px: np.ndarray, active: np.ndarray
 
 
 def _heading(pose: np.ndarray) -> np.ndarray:
-    """Return (n, 2, 2) rotations R: a row vector in the image times R is in the axes of the body."""
-    size = np.maximum(np.hypot(pose[:, 2], pose[:, 3]), 1e-9)
-    cos, sin = pose[:, 2] / size, pose[:, 3] / size
-    return np.array([[cos, -sin], [sin, cos]]).transpose(2, 0, 1)
+    """Return (..., 2, 2) rotations of poses (..., 4): a row vector in the image times one is in the body's axes."""
+    size = np.maximum(np.hypot(pose[..., 2], pose[..., 3]), 1e-9)
+    cos, sin = pose[..., 2] / size, pose[..., 3] / size
+    return np.stack([cos, -sin, sin, cos], axis=-1).reshape(*pose.shape[:-1], 2, 2)

@@ -56,19 +56,22 @@ class Gate:
     floor_px: float
     deviations: float
 
+    def limit_px(self, spread_px: np.ndarray) -> np.ndarray:
+        """Return how far a sample may be off, px, where it is expected with such standard deviations, px."""
+        return np.maximum(self.floor_px, self.deviations * spread_px)
+
     def score(self, gaussian: JointGaussian, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
         """Return (..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
         distance, spread = gaussian.leave_one_out(deviation, active)
-        allowed = np.maximum(self.floor_px, self.deviations * spread)
-        return np.hypot(distance[..., 0], distance[..., 1]) / allowed
+        return np.hypot(distance[..., 0], distance[..., 1]) / self.limit_px(spread)
 
     def allowed_px(self, gaussian: JointGaussian, active: np.ndarray) -> np.ndarray:
         """Return (n, m) how far each marker may be from where the other active ones (n, m) of its frame put it."""
-        allowed = np.empty(active.shape)
+        spreads = np.empty(active.shape)
         for mask, frames in rows_alike(active):
             _, spread = gaussian.leave_one_out(np.zeros(2 * len(mask)), mask)
-            allowed[frames] = self.deviations * np.where(mask, spread, gaussian.spread_given(mask))
-        return np.maximum(self.floor_px, allowed)
+            spreads[frames] = np.where(mask, spread, gaussian.spread_given(mask))
+        return self.limit_px(spreads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +144,14 @@ def follow(
     return MotionTrack(active, place_px)
 
 
-class _OfMask(NamedTuple):
-    """What one frame's active markers (m,) let expect, as matrices that rows of deviations (2m,) are multiplied by.
+class _Expectation(NamedTuple):
+    """Matrices for one set of active markers (m,), which deviations (2m,), px, are multiplied by as rows.
 
     Attributes:
-        by_shape, by_motion: (2m, 2m) distance of each active marker from where the shape, or its motion, puts it.
-        per_shape, per_motion: (m,) one over what is allowed of these distances.
-        others: (2m, 2m) what the active markers let expect of all.
-        gain: (2m, 2m) share of a sample's distance from what is expected that its place takes over.
+        by_shape, by_motion: (2m, 2m) to the distance of each active marker from where the shape, or motion, puts it.
+        per_shape, per_motion: (m,) one over the limit of these distances, 1/px.
+        others: (2m, 2m) to what the active markers let expect of all.
+        gain: (2m, 2m) Kalman gain of the places: multiplied from the left by the innovation (2m,).
     """
 
     by_shape: np.ndarray
@@ -170,7 +173,7 @@ class _Follower:
         self.share = self.spread @ by_motion  # (2m, 2m) share of the motion model in what is expected
         self.expected = JointGaussian(self.spread + BOX_SD_PX**2 * np.eye(2 * m))
         self.pose_from = model.pose_from(np.ones(m, dtype=bool))
-        self.masks: dict[bytes, _OfMask] = {}
+        self.expectations: dict[bytes, _Expectation] = {}
         self.forget()
 
     def forget(self) -> None:
@@ -192,44 +195,44 @@ class _Follower:
         expected = self.share @ carried
         self.strange[present & (self.gone > MOMENT)] = FOR_A_MOTION
         active = self._agreeing(sample, sample - expected, present)
-        of = self._of(active)
+        given = self._given(active)
         missed = ~present & (self.gone < MOMENT)  # its motion carries on
         self.gone = np.where(present, 0, self.gone + 1)
         self.strange = np.maximum(self.strange - active, 0)
 
-        place = (expected + of.gain @ (sample - expected)).reshape(-1, 2)
+        place = (expected + given.gain @ (sample - expected)).reshape(-1, 2)
         fading = np.where(missed, 1.0, FADE)[:, None] * self.own
-        self.own = np.where(active[:, None], (sample @ of.by_shape).reshape(-1, 2), fading)
-        others = (sample @ of.others).reshape(-1, 2) + self.own
+        self.own = np.where(active[:, None], (sample @ given.by_shape).reshape(-1, 2), fading)
+        others = (sample @ given.others).reshape(-1, 2) + self.own
         place = np.where((active | missed)[:, None], place, others)
         return active, body.to_image(place.ravel())
 
     def _agreeing(self, from_shape: np.ndarray, from_expected: np.ndarray, present: np.ndarray) -> np.ndarray:
         active = present.copy()
         while active.any():
-            of = self._of(active)
-            off_shape, off_motion = from_shape @ of.by_shape, from_expected @ of.by_motion  # (2m,)
-            by_shape = np.hypot(off_shape[::2], off_shape[1::2]) * of.per_shape
-            by_motion = np.hypot(off_motion[::2], off_motion[1::2]) * of.per_motion
+            given = self._given(active)
+            off_shape, off_motion = from_shape @ given.by_shape, from_expected @ given.by_motion  # (2m,)
+            by_shape = np.hypot(off_shape[::2], off_shape[1::2]) * given.per_shape
+            by_motion = np.hypot(off_motion[::2], off_motion[1::2]) * given.per_motion
             by_motion[self.strange > 0] = 0.0
             if by_shape.max() <= 1 and by_motion.max() <= 1:
                 break
             active[np.hypot(by_shape, by_motion).argmax()] = False
         return active
 
-    def _of(self, active: np.ndarray) -> _OfMask:
+    def _given(self, active: np.ndarray) -> _Expectation:
         key = active.tobytes()
-        if key not in self.masks:
-            shape, gate, none = self.model.shape_and_pose, self.gate, np.zeros(2 * len(active))
-            self.masks[key] = _OfMask(
+        if key not in self.expectations:
+            shape, limit_px, none = self.model.shape_and_pose, self.gate.limit_px, np.zeros(2 * len(active))
+            self.expectations[key] = _Expectation(
                 shape.distances_of(active),
-                1 / np.maximum(gate.floor_px, gate.deviations * shape.leave_one_out(none, active)[1]),
+                1 / limit_px(shape.leave_one_out(none, active)[1]),
                 self.expected.distances_of(active),
-                1 / np.maximum(gate.floor_px, gate.deviations * self.expected.leave_one_out(none, active)[1]),
+                1 / limit_px(self.expected.leave_one_out(none, active)[1]),
                 shape.given(active)[0] @ shape.covariance,
                 self.spread @ self.expected.given(active)[0],
             )
-        return self.masks[key]
+        return self.expectations[key]
 
 
 # What both directions of time agree on.

@@ -45,9 +45,6 @@ MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", 
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 """Names of a column that only counts the rows, lower case."""
 
-NO_ORDER = ("frames do not go on", ", each frame in one row")
-"""What is said of frames whose numbers do not increase, and what is expected of them."""
-
 # Samples.
 SURE = 1.5
 """Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
@@ -335,7 +332,9 @@ def checked_tracks(
         return Fault(faults.file, place, what, f"{found}", expected)
 
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
-    told, what, more = (time_s, "time does not increase", "") if frame is None else (frame, *NO_ORDER)
+    told, what, more = time_s, "time does not increase", ""
+    if frame is not None:
+        told, what, more = frame, "frames do not go on", ", each frame in one row"
     faults.extend_capped([fault(k, None, what, f"{told[k]:.10g}", f"after {told[k - 1]:.10g}{more}") for k in late])
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
     faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])

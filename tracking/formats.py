@@ -95,7 +95,7 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     names = ("frame", *(f"{part} {coord}" for part, coord in columns))
     values = to_numbers(rows, names, faults)  # (n, 1 + columns)
     faults.raise_if_any()
-    check_frames("the first", values[:, 0], faults)
+    check_frames("the first column", values[:, 0], faults)
     found = [_samples(values[:, 1:], columns, part, faults) for part in parts]
     faults.raise_if_any()
     samples = np.stack(found, axis=1)  # (n, k, 3)

@@ -61,8 +61,10 @@ _TEXT = (
         _Program("this is a file of Kinovea", f"Export the trajectories in pixels, and write them as {OWN_CSV}."),
     ),
     (
-        re.compile(r"^PathFileType"),
-        _Program("this is a TRC file of motion capture", f"Write the plane of the water as {OWN_CSV}."),
+        re.compile(r"^PathFileType|^NO_OF_FRAMES\t|^Format Version,"),
+        _Program(
+            "this is an export of motion capture (TRC, TSV or CSV)", f"Write the plane of the water as {OWN_CSV}."
+        ),
     ),
     (
         re.compile(r"\bTRACK_ID,.*\bPOSITION_X\b|^Label,Spot ID,Track ID", re.IGNORECASE),
@@ -71,10 +73,6 @@ _TEXT = (
     (
         re.compile(r"^\W*Number of header lines", re.IGNORECASE),
         _Program("this is an export of EthoVision", f"Write x and y of each point in pixels as {OWN_CSV}."),
-    ),
-    (
-        re.compile(r"^NO_OF_FRAMES\t|^Format Version,"),
-        _Program("this is an export of motion capture", f"Write the plane of the water as {OWN_CSV}."),
     ),
     (
         re.compile(r"^%?time,.*\bfield\.", re.IGNORECASE),

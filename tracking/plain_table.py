@@ -31,9 +31,12 @@ TRACK = "track"
 
 ANIMAL_SCORE = "instance.score"
 """SLEAP's column of the animal's score."""
-CONFIDENCES = ("confidence", "likelihood", "score", "conf", "prob", "probability", "p", "c", "lik", "visible")
-COORD_PLACES = {"x": 0, "y": 1} | dict.fromkeys(CONFIDENCES, 2)
+CONFIDENCES = ("confidence", "likelihood", "score", "conf", "prob", "probability")
+"""Names of a confidence; a column of one of them alone is of no marker."""
+COORD_PLACES = {"x": 0, "y": 1} | dict.fromkeys((*CONFIDENCES, "p", "c", "lik", "visible"), 2)
 """The place of a column among a marker's numbers, by the end of its name."""
+OF_MARKER = re.compile(r"(.+?)[_. ]([A-Za-z]+)")
+"""The name of a marker's column: the marker's, and what is told of it."""
 ANIMALS = frozenset(
     {"id", "animal", "animal_id", "individual", "individuals", "object", "object_id", "fish", "track_id"}
 )
@@ -69,7 +72,7 @@ def read_plain(table: RawTable) -> ForeignTracks:
         name = header[when].lower()
         if name in FRAMES:
             frame = values[:, when]
-            check_frames(header[when], frame, faults)
+            check_frames(f"column {header[when]!r}", frame, faults)
             samples, frame, lines = _whole_frames(samples, frame, lines, TRACK in header, faults)
         else:
             time_s = values[:, when] * (1e-3 if name in IN_MILLISECONDS else 1.0)
@@ -79,15 +82,20 @@ def read_plain(table: RawTable) -> ForeignTracks:
     return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
 
 
-def check_frames(name: str, frame: np.ndarray, faults: FaultCollector) -> None:
-    """Check that a column that is named as one of frames (n,) counts them.
+def check_frames(column: str, frame: np.ndarray, faults: FaultCollector) -> None:
+    """Check that a column that should count frames does.
+
+    Args:
+        column: the column, for the message.
+        frame: (n,) its numbers.
+        faults: receives what is wrong.
 
     Raises:
         InputError: it holds other numbers, as times do, with the faults before.
     """
     odd = frame[np.isfinite(frame) & (frame != np.rint(frame))]
     if len(odd):
-        what, expected = f"column {name!r} does not count frames", "whole numbers"
+        what, expected = f"{column} does not count frames", "whole numbers"
         step = f"If it tells when, name it {TIME} or time_ms by its unit."
         faults.add("line 1", what, found=f"{odd[0]:.10g}", expected=expected, next_step=step)
     faults.raise_if_any()
@@ -124,11 +132,11 @@ def _check_marker_columns(
     """
     used = {column for columns in markers.values() for column in columns.values()}
     for k in set(range(len(header))) - used:
-        match = re.fullmatch(r"(.+?)[_. ]([A-Za-z]+)", header[k])
+        match = OF_MARKER.fullmatch(header[k])
         whose = match[1] if match and match[1] in markers else ""
         known = values[np.isfinite(values[:, k]), k]
         between = len(known) > 0 and 0 <= known.min() < known.max() <= 1
-        if (whose and between) or header[k].lower() in CONFIDENCES[:6]:
+        if (whose and between) or header[k].lower() in CONFIDENCES:
             marker = whose or next(iter(markers))
             step = f"If it tells how sure the places are, name it {marker}_confidence, with 1 for sure; else remove it."
             what, found = f"column {header[k]!r} has no known name", f"numbers from {known.min(initial=1):.3g} on"
@@ -184,9 +192,8 @@ def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
         InputError: every fault of the file at once.
     """
     faults = FaultCollector(table.file)
-    if all(
-        len(row.cells) == 2 * len(markers) + 1 and not row.cells[-1] for row in table.rows
-    ):  # a separator at the end
+    wide = 2 * len(markers) + 1
+    if all(len(row.cells) == wide and not row.cells[-1] for row in table.rows):  # by a separator at the end of each
         table = replace(table, rows=[Row(row.line, row.cells[:-1]) for row in table.rows])
     first = table.rows[0].cells
     if len(first) > 2 and first in ([str(k) for k in range(len(first))], [f"{k}.0" for k in range(len(first))]):
@@ -212,7 +219,7 @@ def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, i
     """Return the columns of each marker by coordinate: x, y, and confidence where there is one."""
     found: dict[str, dict[int, int]] = {}
     for column, name in enumerate(header):
-        match = re.fullmatch(r"(.+?)[_. ]([A-Za-z]+)", name)
+        match = OF_MARKER.fullmatch(name)
         if match is None or match[2].lower() not in COORD_PLACES or name.lower() == ANIMAL_SCORE:
             continue
         columns, place = found.setdefault(match[1], {}), COORD_PLACES[match[2].lower()]
