@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import math
+import re
 import zlib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable, Mapping
@@ -13,13 +14,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
+from swimcal.errors import SHOWN_PER_KIND, Fault, FaultCollector, did_you_mean, shown
 from swimcal.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
 EMPTY = "the file is empty"
 CONTROLS = frozenset(range(9))
 """Bytes that text has none of, in any encoding of one byte a letter."""
+CLOCK = re.compile(r"\d:\d\d")
+"""A time of day, or minutes and seconds."""
 FILL = "Write the recording to it again, or take it out of session.toml."
 
 
@@ -174,8 +177,12 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
         columns: names of the columns.
         faults: receives what is wrong.
     """
+    if len(widths := {len(row.cells) for row in table.rows}) == 1 < len(table.rows) and widths != {len(columns)}:
+        found, expected = f"{widths.pop()} in every row", f"{len(columns)}, as there are names"
+        faults.add("", "wrong number of columns", found=found, expected=expected)
+        return np.empty((0, len(columns)))
     ragged: list[Fault] = []
-    bad_cells: list[Fault] = []
+    bad_cells: dict[int, list[Fault]] = {}
     values: list[list[float]] = []
     for row in table.rows:
         if len(row.cells) != len(columns):
@@ -193,8 +200,21 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
             numbers = [_check_cell(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
         values.append(numbers)
     faults.extend_capped(ragged)
-    faults.extend_capped(bad_cells)
+    faults.extend_capped(_cell_faults(table, columns, bad_cells))
     return np.array(values, dtype=float).reshape(len(values), len(columns))
+
+
+def _cell_faults(table: RawTable, columns: tuple[str, ...], bad_cells: Mapping[int, list[Fault]]) -> list[Fault]:
+    """Return the faults of all cells, by column; one only for a column that holds hardly a number."""
+    found: list[Fault] = []
+    for column, own in bad_cells.items():
+        if len(own) <= max(SHOWN_PER_KIND, len(table.rows) / 2):
+            found += own
+            continue
+        where, first = f"column {column + 1} ({columns[column]})", table.rows[0].cells[column]
+        step = "Write times in seconds, or as numbers of frames." if CLOCK.search(first) else ""
+        found.append(Fault(table.file, where, "hardly a number in it", shown(first), "numbers", next_step=step))
+    return found
 
 
 def _wordy(file: str, row: Row) -> Fault:
@@ -228,7 +248,7 @@ def _ragged(file: str, row: Row, width: int) -> Fault:
     return Fault(file, f"line {row.line}", "wrong number of columns", found, f"{width} columns")
 
 
-def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: list[Fault]) -> float:
+def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: dict[int, list[Fault]]) -> float:
     """Read the number in one cell; nan, and a fault, where it is not a finite one."""
     cell = row.cells[column]
     value = _read_number(cell)
@@ -236,5 +256,6 @@ def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_
         return value
     what = "not a number" if value is None else "an infinite value"
     where = f"line {row.line}, column {column + 1} ({columns[column]})"
-    bad_cells.append(Fault(file, where, what, shown(cell), "a finite number, or an empty cell for a missing sample"))
+    expected = "a finite number, or an empty cell for a missing sample"
+    bad_cells.setdefault(column, []).append(Fault(file, where, what, shown(cell), expected))
     return math.nan

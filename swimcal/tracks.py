@@ -35,6 +35,10 @@ FASTEST_STEP_S = 1 / 2000
 """Shortest time between two frames of a camera; shorter steps are not in seconds."""
 SMALLEST_BODY_PX = 3.0
 """Smallest length of a robot in the picture; the places of a smaller one are in metres."""
+MOST_SUMMARIES = 8
+"""Rows of statistics that may end a table."""
+MEAN_ROUNDED_PX, LEAST_JUMP_PX = 0.51, 3.0
+"""A row of means differs so little from them, and so much from the row before it."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
@@ -120,6 +124,7 @@ def load_tracks(
         if TIME in columns:
             check_seconds(tracks.time.values, faults)
         check_pixels(pixels_of(tracks), faults)
+        check_summary(pixels_of(tracks), [f"line {row.line}" for row in table.rows], faults)
         _check_samples(table, values, columns, tracks, faults)
     check_count(len(table.rows), faults, minimum)
     faults.raise_if_any()
@@ -179,6 +184,27 @@ def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
         step = "Are these metres? Give the places in pixels of the picture, as they were tracked."
         what, expected = "the places are not in pixels", "pixels of the picture, the robot tens of them long"
         faults.add("", what, found=f"a robot {body:.3g} px long", expected=expected, next_step=step)
+
+
+def check_summary(position_px: np.ndarray, where: Sequence[str], faults: FaultCollector) -> None:
+    """Add a fault where one of the last rows (n, m, 2) holds the means of those before: it is no frame.
+
+    Args:
+        position_px: (n, m, 2) px, nan where missing.
+        where: place of each row in the file, for messages.
+        faults: receives what is wrong.
+    """
+    for row in range(max(2, len(position_px) - MOST_SUMMARIES), len(position_px)):
+        last, before = position_px[row], position_px[:row]
+        seen = np.isfinite(last) & np.isfinite(before).any(axis=0)  # (m, 2)
+        if seen.sum() < 4:
+            continue
+        off_px = np.abs(last[seen] - np.nanmean(before[:, seen], axis=0)).max()
+        jump_px = np.abs(np.nan_to_num(last[seen] - before[-1][seen])).max()
+        if off_px <= MEAN_ROUNDED_PX and jump_px > LEAST_JUMP_PX:
+            what, step = "the means of the rows before, not a frame", "Remove it, and the statistics below it."
+            faults.add(where[row], what, expected="places of one frame", next_step=step)
+            return
 
 
 def save_tracks(path: Path, tracks: xr.Dataset) -> None:

@@ -28,6 +28,7 @@ from swimcal.tracks import (
     check_pixels,
     check_seconds,
     check_seen,
+    check_summary,
     pixels_of,
 )
 
@@ -42,6 +43,13 @@ COMMENTS = ("#", "%", "//", "sep=")
 """What a line above the table begins with; the last is for Excel."""
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""
+DECIMAL_COMMA = re.compile(r"^([-+]?\d+),(\d+)(?=[eE]|$)")
+GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}([,. '\u00a0\u202f])\d{3}(?:\1\d{3})*[.,]\d+")
+"""A number whose thousands are kept apart, and which has decimals: no other reading is possible."""
+MAYBE_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}\.\d{3}")
+"""So it looks with decimals, too; it is one where all other numbers of its column are whole."""
+MOST_ABOVE = 30
+"""Lines of settings that may stand above a table."""
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 """Names of a column that only counts the rows, lower case."""
 
@@ -128,10 +136,12 @@ def read_foreign_table(path: Path) -> RawTable:
     if not lines:
         faults.add("", "the file is empty", expected="comma-separated rows of numbers")
     faults.raise_if_any()
-    separator = _separator([line for _, line in lines[:5]])
+    separator = _separator(lines[len(lines) // 2][1])
     rows = [Row(number, _cells(line, separator)) for number, line in lines]
     while len(rows) > 1 and not any(rows[-1].cells):
         rows.pop()
+    rows = _without_settings(rows)
+    _check_thousands(rows, faults)
     table = as_table(str(path), rows, text.endswith(("\n", "\r")))
     names = _cells(above, separator)
     if table.header is None and above and len(names) == len(rows[0].cells) > 1:  # a header in a comment, as of NumPy
@@ -139,19 +149,48 @@ def read_foreign_table(path: Path) -> RawTable:
     return _without_index(table)
 
 
-def _separator(lines: Sequence[str]) -> str | None:
-    """Guess the separator of the cells from the last of the first lines; None means blanks."""
-    last = lines[-1]
-    if ";" in last or "\t" in last:
-        return ";" if ";" in last else "\t"
-    return "," if "," in last or len(last.split()) < 2 else None
+def _without_settings(rows: list[Row]) -> list[Row]:
+    """Return the rows from the header on, where it stands below lines of settings, which have fewer cells."""
+    wide = len(rows[-1].cells)
+    first = next(k for k, row in enumerate(rows) if len(row.cells) == wide)
+    named = as_table("", rows[first:], ends_whole=True).header is not None
+    settings = wide > 2 and all(len(row.cells) < wide / 2 for row in rows[:first])
+    return rows[first:] if named and settings and first <= MOST_ABOVE else rows
+
+
+def _check_thousands(rows: Sequence[Row], faults: FaultCollector) -> None:
+    """Check that no number has its thousands kept apart: 1,024 would be read as 1.024.
+
+    Raises:
+        InputError: one has, with the faults before.
+    """
+    for column in range(len(rows[-1].cells)):
+        cells = {row.line: row.cells[column] for row in rows if column < len(row.cells)}
+        grouped = [line for line, cell in cells.items() if GROUPED.fullmatch(cell)]
+        if not grouped and any(map(MAYBE_GROUPED.fullmatch, cells.values())):
+            parted = [line for line, cell in cells.items() if "." in cell]
+            whole = max((int(cell) for cell in cells.values() if cell.isdecimal()), default=0)
+            all_may_be = all(MAYBE_GROUPED.fullmatch(cells[line]) for line in parted)
+            grouped = parted if all_may_be and 100 <= whole < 1000 else []
+        if grouped:
+            what, step = "the thousands of a number are kept apart", "Write 1024.5, not 1,024.5 nor 1.024,5."
+            where, found = f"line {grouped[0]}, column {column + 1}", cells[grouped[0]]
+            faults.add(where, what, found=found, expected="numbers with a decimal point", next_step=step)
+            faults.raise_if_any()
+
+
+def _separator(line: str) -> str | None:
+    """Guess the separator of the cells from a line amid the table; None means blanks."""
+    if ";" in line or "\t" in line:
+        return ";" if ";" in line else "\t"
+    return "," if "," in line or len(line.split()) < 2 else None
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
     quoted = separator is not None and '"' in line
     parts = next(csv.reader([line], delimiter=separator)) if quoted and separator else line.split(separator)
     cells = [cell.strip().strip('"').strip() for cell in parts]
-    cells = [re.sub(r"^([-+]?\d+),(\d+)", r"\1.\2", cell) for cell in cells]
+    cells = [DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
     return ["" if cell.lower() in MISSING else cell for cell in cells]
 
 
@@ -335,12 +374,16 @@ def checked_tracks(
     told, what, more = time_s, "time does not increase", ""
     if frame is not None:
         told, what, more = frame, "frames do not go on", ", each frame in one row"
+    lost = [k for k in late if np.isnan(told[k])]
+    faults.extend_capped([fault(k, None, "it is not told when", "an empty cell", "a later time") for k in lost])
+    late = [k for k in late if not np.isnan(told[k - 1 : k + 1]).any()]
     faults.extend_capped([fault(k, None, what, f"{told[k]:.10g}", f"after {told[k - 1]:.10g}{more}") for k in late])
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
     faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
     if not faults:
         check_seconds(np.asarray(time_s, float), faults)
         check_pixels(position, faults)
+        check_summary(position, where, faults)
         _check_side(position, faults)
     faults.raise_if_any()
     return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swimcal.errors import FaultCollector, InputError
-from swimcal.tracks import pixels_of
+from swimcal.tracks import load_tracks, pixels_of
 from tests.tracking.records.trials import mixed_trial
 from tracking.foreign import even_times
 from tracking.formats import from_movement, import_tracks, to_movement
@@ -371,3 +371,57 @@ def test_tables_that_are_no_tracks_are_named_for_what_they_are(tmp_path: Path, t
     (tmp_path / "t.csv").write_text(text)
     with pytest.raises(InputError, match=f"this is .*{named}"):
         import_tracks(tmp_path / "t.csv", MARKERS, 60.0)
+
+
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_lines_of_settings_above_a_table_are_passed_over(tmp_path: Path, separator: str) -> None:
+    above = f"Camera: GoPro 11\nfps{separator}60\n\n"
+    file = table(tmp_path / "t.csv", head("time_s"), SECONDS, separator, above)
+    np.testing.assert_allclose(pixels_of(import_tracks(file, MARKERS)), PLACES)
+
+
+@pytest.mark.parametrize(
+    ("separator", "form"), [(",", '"{:,.0f}"'), (",", '"{:,.2f}"'), ("\t", "{:,.0f}"), (";", "{:,.0f}")]
+)
+def test_numbers_whose_thousands_are_kept_apart_are_refused(tmp_path: Path, separator: str, form: str) -> None:
+    rows = [separator.join(map(form.format, (row + 950).ravel())) for row in PLACES]
+    text = "\n".join([separator.join(head("")[1:]), *rows])
+    (tmp_path / "t.csv").write_text(text.replace(",", ".") if separator == ";" else text)
+    with pytest.raises(InputError, match="the thousands of a number are kept apart"):
+        import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
+
+
+@pytest.mark.parametrize("digits", [0, 3])
+def test_places_with_few_decimals_are_no_thousands(tmp_path: Path, digits: int) -> None:
+    rows = [",".join(f"{value:.{digits}f}" for value in (row / 2 + 1.5).ravel()) for row in PLACES]
+    (tmp_path / "t.csv").write_text("\n".join([",".join(head("")[1:]), *rows]))
+    tracks = import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
+    np.testing.assert_allclose(pixels_of(tracks), PLACES / 2 + 1.5, atol=0.51)
+
+
+@pytest.mark.parametrize("names", [True, False])
+@pytest.mark.parametrize("further", [0, 2])
+def test_a_row_of_means_at_the_end_is_no_frame(tmp_path: Path, names: bool, further: int) -> None:
+    flat = PLACES.reshape(30, -1)
+    rows = [*flat, flat.mean(axis=0), *[flat.std(axis=0)] * further]
+    lines = [",".join(f"{value:.2f}" for value in row) for row in rows]
+    (tmp_path / "t.csv").write_text("\n".join([*([",".join(head("")[1:])] if names else []), *lines]))
+    with pytest.raises(InputError, match=f"line {31 + names}: the means of the rows before"):
+        import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
+    if not names:
+        with pytest.raises(InputError, match="the means of the rows before"):
+            load_tracks(tmp_path / "t.csv", MARKERS, 60.0)
+
+
+def test_a_robot_that_stays_where_it_is_ends_in_no_means(tmp_path: Path) -> None:
+    rows = [",".join(f"{value:.2f}" for value in PLACES[0].ravel())] * 30
+    (tmp_path / "t.csv").write_text("\n".join(rows))
+    assert len(import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0).time) == 30
+
+
+def test_times_of_the_clock_on_the_wall_are_one_fault(tmp_path: Path) -> None:
+    times = [f"00:00:{k / 60:06.3f}" for k in range(30)]
+    with pytest.raises(InputError, match=r"hardly a number in it; found '00:00:00\.000'") as raised:
+        import_tracks(table(tmp_path / "t.csv", head("time"), times), MARKERS)
+    assert "Write times in seconds" in str(raised.value)
+    assert len(raised.value.faults) == 1
