@@ -106,6 +106,11 @@ class Block(NamedTuple):
     trial: int
     features: np.ndarray
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether no twin next to it diverges."""
+        return all(np.isfinite(part).all() for part in (*self.sensitivities, self.time_step))
+
 
 @dataclass(frozen=True, eq=False)
 class Covariance:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from fitting import search
-from fitting.search import _Descent
+from fitting import descent as descents
+from fitting.descent import Descent, Place
 
 SLOPES = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 5)))[0] * [9.0, 7.0, 5.0, 4.0, 3.0]
 BEST = np.array([3.0, 4.0, 5.0, 2.0, 3.0])  # of all coefficients; with these the twin swims backward
@@ -39,26 +39,26 @@ class Swum(NamedTuple):
 
 
 @pytest.fixture
-def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
+def descent(monkeypatch: pytest.MonkeyPatch) -> Descent:
     """Of a twin that is linear in its coefficients."""
     trial: Any = SimpleNamespace(features_of=lambda swum: swum.points @ SLOPES.T)
-    monkeypatch.setattr(search, "trajectories_together", lambda _trials, points: [Swum(points)])
-    found = object.__new__(_Descent)
+    monkeypatch.setattr(descents, "trajectories_together", lambda _trials, points: [Swum(points)])
+    found = object.__new__(Descent)
     model = SimpleNamespace(trials=[trial], measured=SLOPES @ BEST, swim_forward=lambda points: margin(points) > 0)
-    own = {"model": model, "forward": True, "simulated": 0, "_jacobian": SLOPES, "_trajectories": [Swum(BEGIN[None])]}
-    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False, _refused=False, _blocked=False)
+    own = {"model": model, "forward": True, "blocked": False, "follows_boundary": False, "simulated": 0}
+    found.__dict__.update(own, _place=Place(BEGIN, [Swum(BEGIN[None])]), _jacobian=SLOPES, _refused=False)
     return found
 
 
-def followed(descent: _Descent) -> np.ndarray:
+def followed(descent: Descent) -> np.ndarray:
     for number in range(ROUNDS):
-        descent._round, descent._residual = number, SLOPES @ (BEST - descent._at)
-        descent._at, descent._trajectories = descent._take_step(np.eye(len(SLOPES)))
-    return descent._at
+        descent._round, descent._residual = number, SLOPES @ (BEST - descent.at)
+        descent._place = descent._take_step(descent._whitened_by(np.eye(len(SLOPES))))
+    return descent.at
 
 
 def test_a_descent_stops_at_the_boundary_unless_it_follows_it_to_the_optimum(
-    descent: _Descent,
+    descent: Descent,
 ) -> None:
     inside = {"type": "ineq", "fun": lambda point: margin(point[None])[0]}
     optimum = minimize(misfit, BEGIN, constraints=[inside]).x
@@ -67,7 +67,7 @@ def test_a_descent_stops_at_the_boundary_unless_it_follows_it_to_the_optimum(
     assert misfit(stopped) > misfit(optimum) + 10
     assert descent._refused
 
-    descent._follows_boundary = True
+    descent.follows_boundary = True
     reached = followed(descent)
     assert margin(reached[None])[0] > 0
     assert misfit(reached) < misfit(optimum) + 0.5

@@ -10,10 +10,11 @@ from benchmarks.posterior.truth import DrawnSession, draw_session
 from benchmarks.reality.mechanisms.fluid import SurfaceMotion
 from fitting.baselines import BASELINES
 from fitting.covariance import COMPONENTS, MEDIANS, Covariance
+from fitting.descent import Descent
 from fitting.features import SPEED
 from fitting.forecast import NewWindow, Windows, forecast_of, forecast_repeat, scatter_of, tracks_of
 from fitting.mode import Mode, mode_at
-from fitting.search import _Descent, find_mode
+from fitting.search import find_mode, pass_through
 from fitting.session_model import SessionModel
 from fitting.structure import assumed, perturbed_twins, uncertainties_of
 from fitting.trial_model import START_PHASE_RAD, START_SD, TrialModel, sensitivities_together
@@ -78,15 +79,15 @@ def test_the_density_of_a_descent_is_that_where_it_stands(mode: Mode) -> None:
     """Where it is stopped far from the mode, as by twins that swim backward, variance components alone do not say."""
     aside = 4 * np.sqrt(np.diag(mode.coefficient_covariance)) * np.array([0, 1, 0, 0, 0])
     places = mode.coefficients, mode.coefficients + aside
-    at_mode, off = (_Descent(mode.model, at, mode.blocks) for at in places)
+    at_mode, off = (Descent(mode.model, at, mode.blocks) for at in places)
     for descent in (at_mode, off):
         descent.run(0)
     assert at_mode.promise - at_mode.log_density < 0.2
     assert off.promise - off.log_density > 4.0
     assert off.log_density < at_mode.log_density - 4.0
     free = copy(off)
-    free.forward, free._blocked = True, True
-    assert free.pass_through(0).log_density > off.log_density + 4.0
+    free.forward, free.blocked = True, True
+    assert pass_through(free, 0).log_density > off.log_density + 4.0
 
 
 def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mode: Mode) -> None:
