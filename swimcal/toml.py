@@ -163,6 +163,12 @@ class TomlTable(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
+    def __eq__(self, other: object) -> bool:
+        """Compare what the tables hold; pydantic would compare arrays that a table has computed of it, too."""
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
 
 class TomlSource:
     """A TOML file that was read, with the line of each of its keys; `file` is its name for messages."""

@@ -5,6 +5,7 @@ import pytest
 from pydantic import Field, field_validator
 
 from swimcal.errors import InputError
+from swimcal.robot import load_robot
 from swimcal.toml import TomlTable, key_error, lines_of_keys, load_toml
 
 TEXT = '''\
@@ -137,3 +138,11 @@ def test_faults_are_reported_with_line_key_found_expected_and_choices(
     for message in messages:
         assert message in str(caught.value)
     assert len(caught.value.faults) >= len(messages)
+
+
+def test_a_robot_equals_itself_read_twice_whatever_was_computed_of_it() -> None:
+    one, other = load_robot(), load_robot()
+    assert len(one.segment_x_m) > 1  # an array, kept with the table
+    assert len(other.segment_x_m) > 1
+    assert one == other
+    assert one != other.model_copy(update={"name": "another"})
