@@ -20,11 +20,13 @@ from swimcal.errors import SwimcalError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS
 from swimcal.results import program_version
 from swimcal.robot import load_robot
+from swimcal.robot_doubts import robot_doubts
 from swimcal.runs import ENGINE
 from swimcal.session import Session
 from swimcal.twin import Twin
 
 _LEAST_BYTES = 1e9  # free space needed for results with a recording
+_SLOWEST_M_S = 0.005  # slower robots do not swim
 _FEWEST_FIT = 2  # recommended number of fit trials; a third allows cross-validation
 
 
@@ -59,9 +61,11 @@ def check_session(folder: Path) -> Iterator[Check]:
         yield Check("session", "fault", str(problem), "Correct this, then run `calib doctor` again.")
         return
     yield Check("session", "ok", f"{session.name}, {len(session.trials)} trials")
+    pipeline = Pipeline(session, Options())
+    if doubts := robot_doubts(pipeline.job.robot):
+        yield Check("robot", "advice", " ".join(doubts), "Look at it: `calib robot FILE`.")
     yield from _trials(session)
     yield _disk(session)
-    pipeline = Pipeline(session, Options())
     yield from _swims(pipeline.recordings)
     try:
         yield Check("results", "ok", pipeline.standing)
@@ -147,15 +151,22 @@ def _trials(session: Session) -> Iterator[Check]:
 
 
 def _swims(recordings: Recordings) -> Iterator[Check]:
-    """Check what can be measured of each swim that is given by tracks."""
+    """Check what can be measured of each swim that is given by tracks; advice that many share comes once."""
+    shared: dict[str, list[str]] = {}
     for name, swim in recordings.look_at_swims():
         if isinstance(swim, str):
-            yield Check(f"swim {name}", "fault", swim, "A fit goes on without it, if it has others.")
-        elif whole := dict.fromkeys(flag.message for flag in swim.flags if not flag.markers and flag.frames is None):
-            yield Check(f"swim {name}", "advice", "; ".join(whole), "See docs/reference/flags.md, flags of trials.")
-        else:
-            beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{1000 * swim.speed:.0f} mm/s"
-            yield Check(f"swim {name}", "ok", f"{beat}, {speed}, {100 * swim.used_fraction:.0f} % of samples used")
+            step = "A fit goes on without it, if it has others. Is it a swim, as session.toml says?"
+            yield Check(f"swim {name}", "fault", swim, step)
+            continue
+        beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{1000 * swim.speed:.0f} mm/s by its own scale"
+        found = f"{beat}, {speed}, {100 * swim.used_fraction:.0f} % of samples used"
+        still = abs(swim.speed) < _SLOWEST_M_S
+        step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
+        yield Check(f"swim {name}", "advice" if still else "ok", found, step)
+        for message in dict.fromkeys(flag.message for flag in swim.flags if not flag.markers and flag.frames is None):
+            shared.setdefault(message, []).append(name)
+    for message, names in shared.items():
+        yield Check(f"swim {', '.join(names)}", "advice", message, "See docs/reference/flags.md.")
 
 
 def _disk(session: Session) -> Check:

@@ -116,7 +116,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
             file = robot if robot is not None or model is None else model.robot_file
             spec = None if file is None else load_robot(Path(file))
             tell("simulating the trials", 0.0)
-            make_session(Path(folder), default_plan(seed or 0, spec))
+            plan = default_plan(seed or 0, spec)
+            make_session(Path(folder), plan.model_copy(update={"name": Path(folder).absolute().name}))
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename, model)
     return Path(folder)

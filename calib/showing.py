@@ -141,15 +141,16 @@ def load_twin(
 
     if is_robot(source):
         robot = load_robot(source if source is None else Path(source))  # type: ignore[arg-type]
-        water, markers = PUBLISHED_COEFFICIENTS, tuple(robot.markers)
+        water, markers, fitted_hz = PUBLISHED_COEFFICIENTS, tuple(robot.markers), None
     else:
         with working_on(source, Options(workers=workers), False) as pipeline:  # type: ignore[arg-type]
             stage = pipeline.the_fit()
-            robot, water, markers = stage.robot, stage.result().coefficients, pipeline.session.markers
+            found, robot, markers = stage.result(), stage.robot, pipeline.session.markers
+            water, fitted_hz = found.coefficients, found.fitted_hz
     if coefficients is not None:
-        water = check_coefficients(coefficients)
+        water, fitted_hz = check_coefficients(coefficients), None
     engine, chosen = Twin(robot, markers, workers=workers), tuple(find_effects(effects))
-    return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine)
+    return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine, fitted_hz)
 
 
 def effects() -> Mapping[str, Effect]:
@@ -169,6 +170,8 @@ def compare(
 ) -> pd.DataFrame:
     """Join a table of several sessions; the first level of its index is the session's name.
 
+    Where sessions share a name, it is that of the folder; where folders do, their paths.
+
     Args:
         items: results of one kind; a session or its folder means its current fit.
         table: name of the table, as their `to_frame` takes it.
@@ -184,7 +187,12 @@ def compare(
 
     several = [items] if isinstance(items, Session | str | Path) else items
     results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in several]
-    names = [result.session.name for result in results]
+    sessions = [result.session for result in results]
+    names = [each.name for each in sessions]
+    if len(set(names)) < len(names):
+        names = [each.folder.name for each in sessions]
+    if len(set(names)) < len(names):
+        names = [str(each.folder) for each in sessions]
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
 
 

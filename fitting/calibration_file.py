@@ -181,6 +181,12 @@ class CalibrationResult:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
+    def fitted_hz(self) -> tuple[float, float]:
+        """Lowest and highest beat frequency of the fit trials, Hz."""
+        hz = [trial.frequency_hz for trial in self.trials.values() if trial.role == "fit"]
+        return min(hz), max(hz)
+
+    @property
     def standing_flags(self) -> tuple[Flag, ...]:
         """Flags of the fit as a whole, less those that a posterior replaces.
 

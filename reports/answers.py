@@ -189,16 +189,17 @@ class HowSure:
         loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
         if not loose and self.rejected:
             return "All five coefficients are determined among twins that swim forward from rest; likelier ones do not."
+        provided = ", if the twin lacks nothing" if self.misfit else ""
         if not loose:
-            return "All five coefficients are determined."
+            return f"All five coefficients are determined{provided}."
         if len(loose) == len(self.intervals):
             return "None of the five coefficients is determined."
-        return f"Not determined: {listed(loose)}; the others are."
+        return f"Not determined: {listed(loose)}; the others are{provided}."
 
     @property
     def beware(self) -> str:
         """A sentence on what the intervals leave out; empty where they leave out nothing that is known."""
-        return "The twin lacks something, so the true coefficients may lie outside." if self.misfit else ""
+        return "But it lacks something: the true coefficients may lie outside." if self.misfit else ""
 
     @property
     def band(self) -> str:
@@ -227,6 +228,7 @@ class WhatIsMissing:
         groups: the same in words; effects that the trials cannot separate are in one group.
         size: how strong the named effects are, a sentence each.
         no_gap: whether the data need no effect.
+        misfit: whether the fitted twin leaves more than noise, by the posterior's test.
         more_is_missing: whether the named effects leave more than noise.
         at_stage: where an effect outside the catalogue acts, "most probably in the water (0.99)"; "" where not known.
     """
@@ -240,6 +242,7 @@ class WhatIsMissing:
     groups: tuple[str, ...]
     size: str
     no_gap: bool
+    misfit: bool
     more_is_missing: bool
     at_stage: str
 
@@ -248,6 +251,8 @@ class WhatIsMissing:
         """The missing effects in a few words."""
         if self.groups:
             return sentence(listed(self.groups, 3)).removesuffix(".")
+        if self.no_gap and self.misfit:
+            return "No effect that these trials show, though the fitted twin leaves more than noise"
         if self.no_gap:
             return "Nothing that these trials show"
         return f"Something, {self.at_stage}" if self.at_stage else "Something that these trials do not name"
@@ -299,10 +304,11 @@ def answers_of(
     without = OF_MISSING_EFFECTS if diagnosed is not None and explains_the_rest(diagnosed) else ()
     every = (*fit_caveats(found, posterior), *posterior_caveats(posterior))
     caveats = (*fit_caveats(found, posterior, without), *posterior_caveats(posterior, without))
+    sure = _how_sure(found, posterior, damaged.get("posterior", ""))
     return Answers(
         how_far_off=how_far_off(found.forecasts),
-        how_sure=_how_sure(found, posterior, damaged.get("posterior", "")),
-        missing=None if diagnosed is None else _what_is_missing(diagnosed),
+        how_sure=sure,
+        missing=None if diagnosed is None else _what_is_missing(diagnosed, sure.misfit),
         caveats=(*caveats, *gap_caveats(diagnosed)),
         explained=tuple(caveat for caveat in every if caveat not in caveats),
         next_step=_next_step(found, posterior, diagnosed, folder),
@@ -379,7 +385,7 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
     return HowSure(intervals, True, posterior.inside("holdout")[:2], misfit=misfit, rejected=rejected)
 
 
-def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
+def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
     from diagnosis.sentences import at_stage  # its package loads the twin
 
     where, which, how_far = (text.partition(": ")[2] for text in gap_sentences(found))
@@ -396,7 +402,8 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     size = sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else ""
     more = found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE
     nothing, stage = found.verdict == "no_gap", at_stage(found)
-    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, size, nothing, more, stage)
+    story = where, which, how_far, changes(found), chances, named, groups, size
+    return WhatIsMissing(*story, nothing, misfit, more, stage)
 
 
 def _next_step(

@@ -57,7 +57,7 @@ _FADED = 0.02  # a swing below this share of the first one cannot be seen
 _SHOWN = 2.6  # the spectrum is drawn up to this many times the frequency, rounded to a whole Hz
 
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
-METHOD = f"Published peak of the spectrum for this kind of robot: {PUBLISHED_HZ:g} Hz."
+METHOD = f"Published peak of the spectrum, of a robot of 0.57 m: {PUBLISHED_HZ:g} Hz."
 DECAY_COLUMNS = table_head(
     "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
     "distance [mm, rms] | explained [] | counts"
@@ -65,6 +65,7 @@ DECAY_COLUMNS = table_head(
 MILLI = 1000.0  # mN m s in one N m s
 
 # Dry runs
+_PULLS = 0.0005  # tendons that stretch by less pull with less than a newton or two
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # heights of the contours above the lowest point
 _SHADE = 0.11  # opacity of each level; levels overlap
 
@@ -355,10 +356,11 @@ def _tendons(fit: CrankFit) -> str:
     stretch = max(trial.tendons.stretch for trial in fit.trials)
     slack = max(trial.tendons.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
+    pulls = "" if stretch > _PULLS else " They never pull: the springs push all the time, as no real tendon can."
     return (
         f"The twin’s tendons stretch by up to {100 * stretch:.1f} % (published: about "
         f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "
-        "turn a string would hang slack where the twin’s springs push."
+        f"turn a string would hang slack where the twin’s springs push.{pulls}"
     )
 
 

@@ -397,7 +397,11 @@ def _shrinkage(found: DiagnosisResult) -> str:
     if isnan(gap.shrinkage):
         return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."
     text = f"With {added}, the held-out gap {by_how_much(gap)}."
-    why = " Both twins were refitted to the fit trials. The interval covers trials, noise and fitted parameters."
+    why = (
+        " Both twins were refitted to the fit trials. The gap is the mean square of what is left beyond noise: at "
+        "100 % noise alone is left, while distances in mm shrink by less. The interval covers trials, noise and fitted "
+        "parameters."
+    )
     if gap.shrinkage_ci95 is None:
         why = " The interval is not known: twins near the fitted one diverge."
     if gap.shrinkage > 1:

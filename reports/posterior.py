@@ -330,7 +330,7 @@ def _build_predicted(found: PosteriorSummary) -> tuple[Block, ...]:
         for trial in found.trials
     )
     caption = (
-        "Speed along a smoothed path, measured and predicted, and marker coordinates inside their 90 % bands. Held-out "
+        "Forward speed, measured and predicted, and marker coordinates inside their 90 % bands. Held-out "
         "trials: given the frequency and start of their first two beats."
     )
     return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows, folded=True)

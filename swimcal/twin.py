@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import DRY, Scene, build_mjcf, swim_scene
 from swimcal.robot import RobotSpec
+from swimcal.robot_doubts import robot_doubts
 from swimcal.runs import MarkerKinematics, Runs, Trajectories, quiet_engine, workers_of
 
 FORCE_FIELDS = slice(1, 6)  # columns of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
@@ -200,10 +201,11 @@ class Twin:
                     table[i % _PHASES] = data.qpos[1:]
                     mujoco.mj_step(model, data, steps)
             if not (np.abs(table) < PLAUSIBLE_HINGE_RAD).all():  # nan too
+                doubts = "".join(f" {doubt}" for doubt in robot_doubts(self.robot))
                 raise SimulationDiverged(
                     f"The tail of {self.robot.name} cannot be brought into its starting poses: with steps of "
                     f"{self.scene.timestep_s:g} s its tendons are unstable. Expected a bounded motion; try a smaller "
-                    "time_step_s in the robot's file, or softer tendons."
+                    f"time_step_s in the robot's file, softer tendons or a shorter crank arm.{doubts}"
                 )
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")

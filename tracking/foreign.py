@@ -310,7 +310,7 @@ def check_names(
     some = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
     pairs = ",".join(same) if len(same) == len(missing) else some
     if not free and not same:
-        step = f"If no others were tracked, take these alone: `--markers {','.join(theirs)}` (of `calib convert`)."
+        step = f"If no others were tracked, take these alone: `calib convert FILE --markers {','.join(theirs)} …`."
         what, expected = f"no {word} {', '.join(missing)}", ", ".join(markers)
         faults.add("", what, found=", ".join(theirs), expected=expected, next_step=step)
         return

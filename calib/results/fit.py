@@ -328,18 +328,21 @@ class FitResult(Result):
     def _why(self, caveats: int) -> str:
         compared = self.answers.how_far_off.compared
         sure = "" if "significantly" not in compared else ", though not significantly"
+        inside, count = self.answers.how_sure.in_band
+        bands = f"; only {inside} of {count} held-out speeds are in their 90 % bands" if 2 * inside < count else ""
         better = f"better than the best simple rule{sure}"
+        as_well = "better" if sure == "" else "as well"
         if " worse" in compared:
             better = "not better than the best simple rule, within the errors"
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and without a caveat",
-            "good_with_effects": f"{better}, and without a caveat but what the named effects explain",
+            "good_with_effects": f"{better}, and without a caveat but what the named effects explain{bands}",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": "no held-out trial is left"
             if self.data.left_out
             else 'no trial is held out: give one role = "holdout"',
-            "worse_than_baseline": "a simple rule forecasts speeds as well: use that for speeds",
+            "worse_than_baseline": f"a simple rule forecasts speeds {as_well}: use that for speeds",
         }
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
 

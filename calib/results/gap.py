@@ -231,6 +231,9 @@ class Effects(tuple[str, ...]):
         rows.append({"effect": NONE, "probability": self._data.none_of_these, "named": False})
         return pd.DataFrame(rows).set_index("effect")
 
+    def __repr__(self) -> str:
+        return f"<Effects: {', '.join(self) or 'none is named'}; all of them: to_frame()>"
+
     def _repr_html_(self) -> str:
         return str(self.to_frame().to_html(float_format=lambda value: f"{value:.4g}", na_rep=""))
 

@@ -47,7 +47,9 @@ def fit_result(pipeline: Pipeline) -> FitResult:
     def draw_trial(name: str) -> Mapping[str, Plot]:
         return trial_plots(read_trial(name), stage.robot) if name in data.trials else {}
 
-    figures = FitFigures(stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)), draw_trial)
+    figures = FitFigures(
+        stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)), draw_trial, tuple(data.trials)
+    )
 
     posterior, diagnosis = pipeline.current_posterior(stage), pipeline.current_diagnosis()
     return FitResult(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import pandas as pd
 
 from reports.page import Plot
-from swimcal.errors import Fault, InputError
+from swimcal.errors import Fault, InputError, did_you_mean
 from swimcal.flags import Flag
 from swimcal.session import Session
 from swimcal.stage import Stage
@@ -107,13 +107,17 @@ class FitFigures(StructureFigures):
         stage: Stage,
         draw: Callable[[], Mapping[str, Plot]],
         draw_trial: Callable[[str], Mapping[str, Plot]] = lambda _trial: {},
+        trials: tuple[str, ...] = (),
     ) -> None:
         super().__init__(stage, draw)
-        self._draw_trial, self._of_trials = draw_trial, dict[str, Plot]()
+        self._draw_trial, self._trials, self._of_trials = draw_trial, trials, dict[str, Plot]()
 
     def __getitem__(self, name: str) -> Plot:
         """Return the figure of this name; an `InputError` lists the choices where there is none."""
         trial, _, what = name.rpartition("-")
+        if what in _MOTIONS and trial not in self._trials:
+            hint = did_you_mean(trial, self._trials)
+            raise InputError([Fault("figure", "", "no such trial", repr(trial), "one of these", self._trials, hint)])
         if what in _MOTIONS and "_plots" not in vars(self):
             if name not in self._of_trials:
                 check_current(self._stage)
@@ -287,7 +291,7 @@ def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
     for name, flag in flags:
         place = "" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}, {flag.kind}: "
         if name:
-            trials.setdefault(f"{place}{flag.message}", []).append(name)
+            trials.setdefault(f"{place}{flag.message.removeprefix(f'{name}: ')}", []).append(name)
         else:
             whole.append(f"! {flag.message}")
     return [*(f"! {', '.join(dict.fromkeys(names))}: {flag}" for flag, names in trials.items()), *whole]

@@ -23,7 +23,9 @@ from swimcal.errors import Fault, InputError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients, add_scenery, build_mjcf, natural_hz
 from swimcal.results import write_whole
 from swimcal.robot import RobotSpec, load_robot
+from swimcal.robot_doubts import robot_doubts
 from swimcal.runs import Runs
+from swimcal.session_file import FASTEST_HZ
 from swimcal.twin import Twin
 from tracking.head_frame import select_head
 
@@ -34,6 +36,7 @@ PICTURES = (".png", ".svg", ".pdf")
 """Endings of the pictures of a robot that can be written."""
 DOTS_AN_INCH = 200
 _LEAST_S = 6.0  # shortest swim from rest, where no duration is given
+_BEYOND = 1e-3  # share by which a frequency may differ from the fitted ones without being beyond them
 _SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 
 
@@ -45,6 +48,8 @@ class SwimTwin:
         robot: as described, with what dry experiments say of it.
         coefficients: the five fluid coefficients.
         engine: simulates batches of swims on all cores.
+        fitted_hz: slowest and fastest turns a second of the trials that the coefficients were fitted to; None for those
+            of no fit.
 
     Example:
         >>> twin = calib.load_twin("pool", effects=["tendon_slack"])
@@ -60,6 +65,7 @@ class SwimTwin:
     robot: RobotSpec
     coefficients: FluidCoefficients
     engine: Twin
+    fitted_hz: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
@@ -97,8 +103,9 @@ class SwimTwin:
         Returns:
             Dimensions `run` (n), `time` (s), `space` (x, y) and `keypoint`; variables `position` (run, time, space,
                 keypoint) of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed`
-                (run), m/s, forward, over the whole beats of the second half. `frequency`, Hz, and the parameters are
-                coordinates of the runs: `.sel(frequency=0.8)`.
+                (run), m/s, forward, over the whole beats of the second half; `extrapolated` (run), whether the
+                frequency is beyond `fitted_hz`. `frequency`, Hz, and the parameters are coordinates of the runs:
+                `.sel(frequency=0.8)`.
 
         Raises:
             InputError: a parameter that the effects do not have, or a frequency that is none.
@@ -122,6 +129,7 @@ class SwimTwin:
             runs = AffectedRuns(water, hz, np.full(count, phase_rad), values=values)
         found = self.engine.simulate(runs, time_s)
         late, heads = time_s >= time_s[-1] / 2, head_frame(self.engine.markers, found.marker_m)
+        low, high = self.fitted_hz or (-np.inf, np.inf)
         speed = [float(forward_speed(time_s, select_head(heads, run), late, hz[run])) for run in range(count)]
         swims = xr.Dataset(
             {
@@ -129,6 +137,7 @@ class SwimTwin:
                 "head": (("run", "time", "space"), found.head[..., :2], {"units": "m"}),
                 "yaw": (("run", "time"), found.head[..., 2], {"units": "rad"}),
                 "speed": (("run",), np.array(speed), {"units": "m/s", "long_name": "forward speed"}),
+                "extrapolated": (("run",), (hz < low * (1 - _BEYOND)) | (hz > high * (1 + _BEYOND))),
             },
             {
                 "run": np.arange(count),
@@ -178,6 +187,9 @@ def _check_frequencies(given: ArrayLike) -> np.ndarray:
         raise InputError([Fault("frequency_hz", "", what, "an empty list", "one or more")])
     if not (np.isfinite(hz) & (hz > 0)).all():
         raise InputError([Fault("frequency_hz", "", what, str(given), expected)])
+    if (hz > FASTEST_HZ).any():
+        what, expected = "faster than a tail is driven", f"crank turns a second, at most {FASTEST_HZ:g}"
+        raise InputError([Fault("frequency_hz", "", what, f"{hz.max():g}", expected)])
     return hz
 
 
@@ -221,5 +233,6 @@ def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -
         "from nose to fin",
         f"Its tail rings at {natural_hz(described):.1f} Hz in air, without tendons",
         f"With the published coefficients it swims at {speed_m_s:.3f} m/s at 1 Hz; a fit finds its own",
+        *robot_doubts(described),
     )
     return Export((picture,), notes)

@@ -23,6 +23,7 @@ from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial
 from swimcal.errors import FaultCollector, InputError, NotEnoughData
 from swimcal.results import sha256_of
+from swimcal.robot_doubts import robot_doubts
 from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
 from swimcal.tracks import load_tracks, save_tracks
@@ -64,9 +65,10 @@ class Recordings:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Notes for the reader on the trials that were left out."""
+        """Notes for the reader on the trials that were left out, and on what is doubtful of the robot's file."""
         left_out = [spec for spec in self._session.trials if spec not in self._usable]
-        return tuple(f"Trial {spec.name} was left out: it has neither tracks nor a video." for spec in left_out)
+        lost = [f"Trial {spec.name} was left out: it has neither tracks nor a video." for spec in left_out]
+        return (*lost, *(f"Of the robot's file: {doubt}" for doubt in robot_doubts(self._robot)))
 
     @property
     def swims(self) -> list[MeasuredTrial]:

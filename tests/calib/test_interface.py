@@ -153,7 +153,7 @@ def test_tables_and_figures_that_there_are_not_are_reported_with_the_choices(fin
     found = front.fit(finished, **QUIET)
     with pytest.raises(front.InputError, match=r"no such table; found 'wrong'; .* choices: trials, coefficients"):
         found.to_frame("wrong")
-    with pytest.raises(front.InputError, match="no such figure; found 'none-envelope'"):
+    with pytest.raises(front.InputError, match="no such trial; found 'none'"):
         found.plot.envelope("none")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting import search
+from fitting import descent, search
 from fitting.frequency import SwimFrequency
 from fitting.measure_trial import measure_trial
 from fitting.trial import MeasuredTrial, laid_on_pool
@@ -95,5 +95,7 @@ def head_frame_of(position_m: np.ndarray) -> HeadFrame:
 
 def with_little_search(patch: pytest.MonkeyPatch) -> None:
     """A search of the coefficients that ends somewhere, for tests of what is made of its end."""
-    for name, few in {"_SCREENED": 8, "_BEGUN": 1, "_ROUNDS": 2, "_REFINED": 0, "_HOPS": 0, "_ALONG": 0}.items():
+    for name, few in {"_SCREENED": 8, "_BEGUN": 1, "ROUNDS": 2, "_HOPS": 0, "_ALONG": 0}.items():
         patch.setattr(search, name, few)
+    for name, few in {"ROUNDS": 2, "_REFINED": 0}.items():
+        patch.setattr(descent, name, few)
