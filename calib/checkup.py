@@ -15,6 +15,7 @@ from packaging.requirements import Requirement
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from calib.stages.recordings import Recordings
+from fitting.left_out import STILL_M_S
 from fitting.phase import speed_from_rest
 from swimcal.errors import SwimcalError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS
@@ -26,7 +27,6 @@ from swimcal.session import Session
 from swimcal.twin import Twin
 
 _LEAST_BYTES = 1e9  # free space needed for results with a recording
-_SLOWEST_M_S = 0.005  # slower robots do not swim
 _FEWEST_FIT = 2  # recommended number of fit trials; a third allows cross-validation
 
 
@@ -160,13 +160,13 @@ def _swims(recordings: Recordings) -> Iterator[Check]:
             continue
         beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{1000 * swim.speed:.0f} mm/s by its own scale"
         found = f"{beat}, {speed}, {100 * swim.used_fraction:.0f} % of samples used"
-        still = abs(swim.speed) < _SLOWEST_M_S
+        still = abs(swim.speed) < STILL_M_S
         step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
         yield Check(f"swim {name}", "advice" if still else "ok", found, step)
         for message in dict.fromkeys(flag.message for flag in swim.flags if not flag.markers and flag.frames is None):
             shared.setdefault(message, []).append(name)
     for message, names in shared.items():
-        yield Check(f"swim {', '.join(names)}", "advice", message, "See docs/reference/flags.md.")
+        yield Check(f"flag of {', '.join(names)}", "advice", message, "See docs/reference/flags.md.")
 
 
 def _disk(session: Session) -> Check:

@@ -41,7 +41,7 @@ TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT;
 _MANY = ("--videos", "--tracks")
 
 BoardFile = Annotated[
-    Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
+    Path | None, typer.Option(help="TOML with a table [board]; default: the board of docs/tracking.md")
 ]
 
 TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]

@@ -35,7 +35,7 @@ MISSED = "speed_missed"
 """The flag of a fit trial whose speed the fitted twin misses."""
 MISSED_BY = 0.05  # least relative speed error of such a trial
 _BEYOND = 3.0  # largest ratio to the fastest or slowest fitted beat
-_STILL_M_S = 0.005  # a robot that is slower does not swim
+STILL_M_S = 0.005  # a robot that is slower does not swim
 _OTHER_WAY_M_S = 0.005  # least speed difference of a twin that swims the other way
 # A trial is far from its twin if the speeds differ by more than both of these, relative and absolute.
 _SLOW = 0.3
@@ -160,7 +160,7 @@ def far_reason(measured_m_s: float, twin_m_s: float, error_m: float, fellows_m: 
 
 def _speeds(measured_m_s: float, twin_m_s: float) -> str:
     mm_s = round(1000 * measured_m_s)  # a whole number has no -0
-    still = "" if abs(measured_m_s) > _STILL_M_S else "; if its head is clamped in air, it is a dry run"
+    still = "" if abs(measured_m_s) > STILL_M_S else "; if its head is clamped in air, it is a dry run"
     return f"it swims at {mm_s} mm/s, its twin at {round(1000 * twin_m_s)}{still}"
 
 

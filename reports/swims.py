@@ -456,7 +456,11 @@ def _row(trial: CalibratedTrial, numbers: tuple[SwimNumbers, SwimNumbers]) -> tu
 def _strouhal(found: list[float]) -> str:
     """Compare the Strouhal numbers of the trials, nan where one is not known, with those of animals."""
     known = [value for value in found if np.isfinite(value)]
-    text = "Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
+    text = (
+        "The swimming number is 2πf·aL/ν, the Reynolds number UL/ν, the Strouhal number 2fa/U: with the amplitude a of "
+        "the last marker (half its way across the pool), the length L from nose to fin, and the water's ν. Swimming "
+        "animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
+    )
     if not known:
         return f"{text}; it is not known for any trial here."
     span = significant(known[0]) if len(known) == 1 else f"{significant(min(known))} to {significant(max(known))}"

@@ -93,8 +93,10 @@ def of_its_size(value: float, *, signed: bool = False) -> str:
 
 
 def spanned(low: float, high: float, how: Callable[[float], str] = significant) -> str:
-    """Format a range, `0.4 to 7.8`; a dash where an end is not known."""
-    return f"{how(low)} to {how(high)}" if math.isfinite(low) and math.isfinite(high) else MISSING
+    """Format a range, `0.4 to 7.8`, or `0.4` where both ends print alike; a dash where one is not known."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return MISSING
+    return how(low) if how(low) == how(high) else f"{how(low)} to {how(high)}"
 
 
 def counted(count: int, noun: str, plural: str = "s") -> str:

@@ -105,7 +105,7 @@ class UserError(CaptureError):
         ...     calib.capture.run("/dev/ttyUSB0", "0.6,fast", "logged", kind="wet")
         ... except calib.capture.UserError as error:
         ...     print(error)
-        --hz: found 'fast'; expected: 0.01 to ... crank turns/s; ...
+        --hz: found 'fast'; expected: 0.01 to ... crank turns a second; ...
         --kind: found 'wet'; choices: swim, dry
     """
 

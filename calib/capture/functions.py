@@ -32,7 +32,7 @@ from calib.capture.trials import (
 )
 
 HIGHEST_SUPPLY_V = 14.8
-REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
+REACH = f"up to {RATED_TURNS_PER_S:g} crank turns a second at 12 V, in proportion to the voltage"
 
 
 def show(line: str, file: TextIO | None = None) -> None:
@@ -202,7 +202,7 @@ def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:
             speed = math.nan
         if not 0.01 <= speed <= most:
             found = repr(part.strip()) if isinstance(part, str) else f"{part:g}"
-            faults.append(f"--hz: found {found}; expected: 0.01 to {most:.2f} crank turns/s; {REACH}")
+            faults.append(f"--hz: found {found}; expected: 0.01 to {most:.2f} crank turns a second; {REACH}")
         speeds.append(speed)
     return tuple(speeds)
 

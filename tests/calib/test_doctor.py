@@ -33,8 +33,9 @@ def test_each_swim_is_measured_and_nothing_is_written(fresh: Path) -> None:
     found = front.doctor(fresh)
     assert found.loc["swim slow"].state == "fault"
     assert "usable tail marker" in found.loc["swim slow"].found
-    assert found.loc["swim fast"].state == "advice"
-    assert "% off the commanded" in found.loc["swim fast"].found
+    assert "mm/s by its own scale" in found.loc["swim fast"].found
+    assert found.loc["flag of fast"].state == "advice"
+    assert "% off the commanded" in found.loc["flag of fast"].found
     assert not (fresh / "results").exists()
 
 

@@ -186,7 +186,10 @@ def test_all_faults_of_the_options_are_reported_at_once(tmp_path: Path, capsys: 
     assert "--baud: found 12; choices: 9600, 57600" in printed
     assert "--id: found 300; expected: 0 to 252" in printed
     for speed in ("'fast'", "'9'", "'-1'"):
-        assert f"--hz: found {speed}; expected: 0.01 to 1.48 crank turns/s; up to 1.2 crank turns/s at 12 V" in printed
+        assert (
+            f"--hz: found {speed}; expected: 0.01 to 1.48 crank turns a second; up to 1.2 crank turns a second at 12 V"
+            in printed
+        )
     assert "--seconds: found 0" in printed
     assert "--max-current: found nan" in printed
     assert not (tmp_path / "new").exists()
