@@ -23,7 +23,7 @@ from scipy.special import softmax
 
 from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
-from tracking.appearance import Appearance, lies_within, measure_appearance
+from tracking.appearance import Appearance, lies_within, measure_appearance, window
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
 from tracking.spots import strongest_answer
@@ -61,6 +61,8 @@ CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
+HOLLOW = 2.0
+"""A marker is a ring if a circle about its middle stands out by so many times as much."""
 LEAST_CONTRAST_FAINT = 25.0
 """The same where the detector hardly answers, so that only CSRT can follow it."""
 
@@ -283,7 +285,39 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
             "bright or bright where they are dark: is it the body between two of them? Look at the picture of the boxes"
         )
         flags.append(Flag("doubtful_box", (markers[odd],), None, message))
+    hollow = int(np.count_nonzero(are_rings(grey, centre_px, side_px)))
+    if hollow >= max(FEWEST_ALIKE, len(markers) / 2):
+        message = (
+            f"{hollow} of {len(markers)} markers look like rings, which are measured on one side, up to half their "
+            "width off, or lost: for the next film fill them"
+        )
+        flags.append(Flag("doubtful_box", tuple(markers), None, message))
     return tuple(flags)
+
+
+def are_rings(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Tell (m,) whether the middle of each marker stands out far less than a circle around it does.
+
+    Args:
+        grey: (h, w) picture.
+        centre_px: (m, 2) centres of the boxes.
+        side_px: (m,) their mean sides.
+    """
+    found = np.zeros(len(side_px), bool)
+    for number, (centre, side) in enumerate(zip(centre_px, side_px.tolist(), strict=True)):
+        reach = int(np.ceil(0.75 * side))
+        column, row = np.rint(centre).astype(int).tolist()
+        patch = window(grey, column, row, reach).astype(float)
+        y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+        away = np.hypot(x, y)
+        light = np.abs(patch - np.median(patch[away > 0.6 * side]))
+        inside = np.where(away <= 0.6 * side, np.maximum(light - LEAST_CONTRAST, 0.0), 0.0)
+        if not inside.any():
+            continue
+        away = np.hypot(x - np.average(x, weights=inside), y - np.average(y, weights=inside))
+        around = [float(light[(away >= r - 0.75) & (away < r + 0.75)].mean()) for r in np.arange(1.5, 0.6 * side, 0.5)]
+        found[number] = max(around, default=0.0) > HOLLOW * max(float(light[away < 1.5].mean()), LEAST_CONTRAST)
+    return found
 
 
 def odd_one_out(look: Appearance) -> int | None:

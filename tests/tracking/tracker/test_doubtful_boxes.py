@@ -68,3 +68,21 @@ def test_the_look_of_one_marker_is_odd_if_it_is_fainter_and_of_the_other_kind() 
 def test_in_a_picture_full_of_boxes_nothing_is_reported() -> None:
     pool = POOL.but(size=(180, 60), path=tail(at=(10.0, 30.0)))
     assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()
+
+
+@pytest.mark.parametrize("width", [2, 3])
+@pytest.mark.parametrize("light", [(40, 230), (210, 30)])
+def test_rings_are_doubted_and_dots_are_not(width: int, light: tuple[int, int]) -> None:
+    random = np.random.default_rng(width)
+    (water, ring), places = light, 40 + 45 * np.arange(9) + random.uniform(-2, 2, 9)
+    for filled in (False, True):
+        luma = np.full((120, 480), water, np.uint8)
+        for place in places:
+            cv2.circle(luma, (round(16 * place), 16 * 60), 16 * 7, ring, -1 if filled else width, cv2.LINE_AA, 4)
+        luma = cv2.GaussianBlur(np.clip(luma + random.normal(0, 3, luma.shape), 0, 255).astype(np.uint8), (0, 0), 0.7)
+        boxes = {name: Box.around((place + 1.0, 59.0), 20.0) for name, place in zip(NAMES, places, strict=True)}
+        flags = doubtful_boxes(luma, StartBoxes(0, boxes), NAMES)
+        rings = [flag for flag in flags if "look like rings" in flag.message]
+        assert [(flag.kind, flag.markers, flag.frames) for flag in rings] == (
+            [] if filled else [("doubtful_box", NAMES, None)]
+        )
