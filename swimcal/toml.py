@@ -23,6 +23,8 @@ from swimcal.tables import read_text
 Key = tuple[str | int, ...]
 """The place of a value: table names, keys and positions, counted from 0, in arrays."""
 
+UNITS = {"m": "metres", "kg": "kilograms", "s": "seconds", "hz": "turns a second"}
+"""Units by the last word of a key."""
 NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
 
 
@@ -240,7 +242,16 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
             what, choices = "wrong value", choices_of(annotation)
             expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
             next_step = did_you_mean(str(details["input"]), choices)
+            if details["type"].startswith("less_than"):
+                next_step = _unit_question(key)
     return Fault(file, where, what, found, expected, choices, next_step)
+
+
+def _unit_question(key: Key) -> str:
+    """Ask whether a large value is in the unit of its key, as in `length_m`; empty where it has none, or several."""
+    names = [part for part in key if isinstance(part, str)]
+    *_, before, unit = ("", "", *(names[-1] if names else "").split("_"))
+    return f"Is it in {UNITS[unit]}?" if unit in UNITS and before not in (*UNITS, "n", "pa") else ""
 
 
 def _format_found(value: Any) -> str:

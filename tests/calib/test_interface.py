@@ -3,6 +3,7 @@
 import doctest
 import inspect
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -232,6 +233,23 @@ def test_a_figure_of_a_trial_needs_that_trial_alone(finished: Path, measured_aga
     assert found.plot.envelope("slow").name == "slow-envelope"
     assert found.plot.path("slow").name == "slow-path"
     assert measured_again == ["slow"]
+
+
+def test_a_swim_beyond_the_fitted_speeds_says_so(finished: Path) -> None:
+    twin = front.load_twin(finished)
+    assert twin.fitted_hz is not None
+    low, high = twin.fitted_hz
+    found = twin.swim([0.9 * low, low, high, 1.1 * high], seconds=2.0)
+    assert found.extrapolated.values.tolist() == [True, False, False, True]
+    assert not front.load_twin().swim(3.0, seconds=1.0).extrapolated.values.any()  # its coefficients are of no fit
+    with pytest.raises(front.InputError, match=r"faster than a tail is driven; found 16; .* at most 15"):
+        twin.swim(16.0)
+
+
+def test_sessions_of_one_name_are_told_apart_by_their_folders(finished: Path, tmp_path: Path) -> None:
+    shutil.copytree(finished, tmp_path / "copy")
+    table = front.compare([finished, tmp_path / "copy"], "coefficients")
+    assert table.index.get_level_values("session").unique().tolist() == [finished.name, "copy"]
 
 
 def test_a_twin_swims_as_the_fit_has_it(finished: Path) -> None:

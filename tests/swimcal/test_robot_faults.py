@@ -109,7 +109,7 @@ CASES = {
     ),
     "strip in grams": (
         ("strip_mass_kg = 0.001 ", "strip_mass_kg = 1000.0 "),
-        lambda: ["tail.segment[0].strip_mass_kg: wrong value; found 1000.0; expected less than or equal to 100"],
+        lambda: ["strip_mass_kg: wrong value; found 1000.0; expected less than or equal to 100. Is it in kilograms?"],
     ),
     "two parts of one name": (
         ('name = "body"', 'name = "front_plate"'),
@@ -121,7 +121,7 @@ CASES = {
     ),
     "millimetres for metres": (
         ("length_m = 0.015", "length_m = 15.0"),
-        lambda: ["tail.segment[0].length_m: wrong value; found 15.0; expected less than or equal to 10"],
+        lambda: ["segment[0].length_m: wrong value; found 15.0; expected less than or equal to 10. Is it in metres?"],
     ),
     "no segments": (
         ("[[tail.segment]]", "[[tail.segmnt]]"),
