@@ -366,7 +366,7 @@ def report(
 def mjcf(
     source: Annotated[
         Path | None,
-        typer.Argument(metavar="[SESSION | ROBOT]", help="session folder or robot TOML; default: the 0.57 m fish"),
+        typer.Argument(metavar="SESSION | ROBOT", help="session folder or robot TOML; default: the 0.57 m fish"),
     ] = None,
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
 ) -> None:
@@ -375,7 +375,7 @@ def mjcf(
 
 
 def robot(
-    file: Annotated[Path | None, typer.Argument(metavar="[ROBOT]", help="robot TOML; default: the 0.57 m fish")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="robot TOML; default: the 0.57 m fish")] = None,
     out: Annotated[Path, typer.Option(help="the picture to write: .png, .svg or .pdf")] = Path("robot.png"),
 ) -> None:
     """Draw a robot's description, with its mass, length, natural frequency in air and speed at 1 Hz."""
@@ -383,7 +383,7 @@ def robot(
 
 
 def doctor(
-    session: Annotated[Path | None, typer.Argument(metavar="[SESSION]", help="a session folder to check, too")] = None,
+    session: Annotated[Path | None, typer.Argument(metavar="SESSION", help="a session folder to check, too")] = None,
     motor: Annotated[bool, typer.Option("--motor", help="also look for the motor on every serial port")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -511,7 +511,7 @@ def play(
 
 def aquarium(  # noqa: PLR0913
     session: Annotated[
-        Path | None, typer.Argument(metavar="[SESSION]", help="a session with a fit; default: the built-in robot")
+        Path | None, typer.Argument(metavar="SESSION", help="a session with a fit; default: the built-in robot")
     ] = None,
     swimmers: Annotated[int, typer.Option(min=1, help="number of swimmers")] = 200,
     seconds: Annotated[float, typer.Option(min=0.1, help="how long they swim")] = 20.0,

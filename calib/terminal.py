@@ -37,7 +37,7 @@ _IN_WORDS = {
 """Kinds of values as help tells them."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
-SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
+SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION", help="one or more session folders")]
 Effort = Annotated[
     EffortOption | None,
     typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
