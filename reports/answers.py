@@ -199,7 +199,7 @@ class HowSure:
     @property
     def beware(self) -> str:
         """A sentence on what the intervals leave out; empty where they leave out nothing that is known."""
-        return "But it lacks something: the true coefficients may lie outside." if self.misfit else ""
+        return "The twin does lack something: the true coefficients may lie outside." if self.misfit else ""
 
     @property
     def band(self) -> str:

@@ -24,7 +24,7 @@ from fitting.calibration_file import CalibrationResult, PublishedResult, TrialRe
 from fitting.session_forecast import SessionForecast
 from fitting.structure import Structure
 from reports.answers import Answers, answers_of
-from reports.words import counted, in_mm, in_words, is_beaten, misses, shown
+from reports.words import counted, in_mm, in_words, is_beaten, misses, share_of, shown
 from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
@@ -329,7 +329,7 @@ class FitResult(Result):
         compared = self.answers.how_far_off.compared
         sure = "" if "significantly" not in compared else ", though not significantly"
         inside, count = self.answers.how_sure.in_band
-        bands = f"; only {inside} of {count} held-out speeds are in their 90 % bands" if 2 * inside < count else ""
+        bands = f"; {share_of(inside, count, 'held-out speed')} in its 90 % band" if 2 * inside < count else ""
         better = f"better than the best simple rule{sure}"
         as_well = "better" if sure == "" else "as well"
         if " worse" in compared:
