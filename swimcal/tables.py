@@ -21,6 +21,8 @@ GZIP_MAGIC = b"\x1f\x8b"
 EMPTY = "the file is empty"
 CONTROLS = frozenset(range(9))
 """Bytes that text has none of, in any encoding of one byte a letter."""
+GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}([,. '\u00a0\u202f])\d{3}(?:\1\d{3})*[.,]\d+")
+"""A number whose thousands are kept apart, and which has decimals: no other reading is possible."""
 CLOCK = re.compile(r"\d:\d\d")
 """A time of day, or minutes and seconds."""
 FILL = "Write the recording to it again, or take it out of session.toml."
@@ -212,9 +214,17 @@ def _cell_faults(table: RawTable, columns: tuple[str, ...], bad_cells: Mapping[i
             found += own
             continue
         where, first = f"column {column + 1} ({columns[column]})", table.rows[0].cells[column]
-        step = "Write times in seconds, or as numbers of frames." if CLOCK.search(first) else ""
-        found.append(Fault(table.file, where, "hardly a number in it", shown(first), "numbers", next_step=step))
+        found.append(
+            Fault(table.file, where, "hardly a number in it", shown(first), "numbers", (), _way_to_write(first))
+        )
     return found
+
+
+def _way_to_write(cell: str) -> str:
+    """Say how a number that is written in another way is to be written; empty where the cell is none."""
+    if CLOCK.search(cell):
+        return "Write times in seconds, or as numbers of frames."
+    return "Its thousands are kept apart: write 1024.5, not 1,024.5 nor 1.024,5." if GROUPED.fullmatch(cell) else ""
 
 
 def _wordy(file: str, row: Row) -> Fault:
@@ -257,5 +267,6 @@ def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_
     what = "not a number" if value is None else "an infinite value"
     where = f"line {row.line}, column {column + 1} ({columns[column]})"
     expected = "a finite number, or an empty cell for a missing sample"
-    bad_cells.setdefault(column, []).append(Fault(file, where, what, shown(cell), expected))
+    fault = Fault(file, where, what, shown(cell), expected, next_step=_way_to_write(cell))
+    bad_cells.setdefault(column, []).append(fault)
     return math.nan

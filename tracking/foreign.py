@@ -44,10 +44,8 @@ COMMENTS = ("#", "%", "//", "sep=")
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""
 DECIMAL_COMMA = re.compile(r"^([-+]?\d+),(\d+)(?=[eE]|$)")
-GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}([,. '\u00a0\u202f])\d{3}(?:\1\d{3})*[.,]\d+")
-"""A number whose thousands are kept apart, and which has decimals: no other reading is possible."""
 MAYBE_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}\.\d{3}")
-"""So it looks with decimals, too; it is one where all other numbers of its column are whole."""
+"""A number with decimals, or one whose thousands are kept apart, if all others of its column are whole."""
 MOST_ABOVE = 30
 """Lines of settings that may stand above a table."""
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
@@ -166,15 +164,11 @@ def _check_thousands(rows: Sequence[Row], faults: FaultCollector) -> None:
     """
     for column in range(len(rows[-1].cells)):
         cells = {row.line: row.cells[column] for row in rows if column < len(row.cells)}
-        grouped = [line for line, cell in cells.items() if GROUPED.fullmatch(cell)]
-        if not grouped and any(map(MAYBE_GROUPED.fullmatch, cells.values())):
-            parted = [line for line, cell in cells.items() if "." in cell]
-            whole = max((int(cell) for cell in cells.values() if cell.isdecimal()), default=0)
-            all_may_be = all(MAYBE_GROUPED.fullmatch(cells[line]) for line in parted)
-            grouped = parted if all_may_be and 100 <= whole < 1000 else []
-        if grouped:
-            what, step = "the thousands of a number are kept apart", "Write 1024.5, not 1,024.5 nor 1.024,5."
-            where, found = f"line {grouped[0]}, column {column + 1}", cells[grouped[0]]
+        whole = max((int(cell) for cell in cells.values() if cell.isdecimal()), default=0)
+        parted = [line for line, cell in cells.items() if "." in cell] if 100 <= whole < 1000 else []
+        if parted and all(MAYBE_GROUPED.fullmatch(cells[line]) for line in parted):
+            what, step = "the thousands of a number are kept apart", "Write 1024, not 1,024 nor 1.024."
+            where, found = f"line {parted[0]}, column {column + 1}", cells[parted[0]]
             faults.add(where, what, found=found, expected="numbers with a decimal point", next_step=step)
             faults.raise_if_any()
 

@@ -387,7 +387,7 @@ def test_numbers_whose_thousands_are_kept_apart_are_refused(tmp_path: Path, sepa
     rows = [separator.join(map(form.format, (row + 950).ravel())) for row in PLACES]
     text = "\n".join([separator.join(head("")[1:]), *rows])
     (tmp_path / "t.csv").write_text(text.replace(",", ".") if separator == ";" else text)
-    with pytest.raises(InputError, match="the thousands of a number are kept apart"):
+    with pytest.raises(InputError, match=r"thousands .* kept apart"):
         import_tracks(tmp_path / "t.csv", MARKERS, fps=60.0)
 
 
