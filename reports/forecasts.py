@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from fitting.baselines import BASELINES
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import CommandForecast, forecast_from_command
-from fitting.ebt import EbtFit
 from fitting.session_forecast import BEATS, GIVEN, SessionForecast
 from reports.caveats import speed_caveats, trial_caveats
 from reports.context import ReportContext
@@ -191,7 +190,7 @@ def build_forecasts(context: ReportContext) -> Section:
         blocks += [Plots((plot,)), _models(context)]
     if law := _law(calibration):
         blocks.append(Prose(law))
-    blocks.append(Terms((("c_D / β", _theory(calibration.ebts)),), "Elongated body theory as fitted."))
+    blocks.append(Terms((("c_D / β", _theory(calibration)),), "Elongated body theory as fitted."))
     return Section("Speeds and markers", "forecasts", tuple(blocks), _caveats(context))
 
 
@@ -283,11 +282,14 @@ def _row(trial: CalibratedTrial, role: str, forecast: CommandForecast | None) ->
     )
 
 
-def _theory(ebts: Mapping[str, EbtFit]) -> str:
-    """State the one identifiable number of each form of the theory."""
+def _theory(calibration: Calibration) -> str:
+    """State the one identifiable number of each form of the theory, and what it means where one trial gives it."""
+    ebts, fitted = calibration.ebts, [each for each in calibration.trials if each.measured.role == "fit"]
     ratios = [f"{significant(e.drag_coefficient / (e.beta or 1.0))} ({model_label(name)})" for name, e in ebts.items()]
     at_bound = [flag.message.removeprefix("EBT: ") for ebt in ebts.values() for flag in ebt.flags]
     caveats = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]
+    if len(fitted) == 1:
+        caveats.insert(0, "Fitted to one trial, it meets that trial’s speed by construction.")
     return " ".join(
         [f"Of elongated body theory only the ratio c_D / β is identifiable from speeds: {listed(ratios)}.", *caveats]
     )
