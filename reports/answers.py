@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -342,8 +342,14 @@ def use_of_named(found: DiagnosisResult) -> str:
     return f"Check {listed(named)} by hand; if {there} there, simulate with results/{found.models[0]}."
 
 
-def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
-    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
+def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None, fastest_hz: float = inf) -> str:
+    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none.
+
+    Args:
+        posterior: the posterior; None where it was not sampled.
+        diagnosed: the diagnosis; None where there is none.
+        fastest_hz: beats a second of the fastest trial: whether the motor turns faster is not known.
+    """
     if diagnosed is not None and (experiment := next_experiment(diagnosed)):
         return sentence(experiment)
     loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
@@ -353,7 +359,8 @@ def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | N
     if shrinks.min() > _WORTH_A_SWIM:
         return ""
     best = float(sweep.frequency_hz[shrinks.argmin()])
-    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."
+    reached = ", if the motor turns so fast" if best > fastest_hz else ""
+    return f"One more swim, with the tail beating at {shown(best, 1)} Hz{reached}: it narrows {listed(loose)} most."
 
 
 def _unreadable(file: str) -> str:
@@ -422,7 +429,7 @@ def _next_step(
         return f"calib posterior {folder}"
     if diagnosed is None:
         return f"calib diagnose {folder}"
-    if film := film_next(posterior, diagnosed):
+    if film := film_next(posterior, diagnosed, max(trial.frequency_hz for trial in found.trials.values())):
         return film
     if diagnosed.models and diagnosed.effects:
         return use_of_named(diagnosed)

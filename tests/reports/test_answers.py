@@ -118,6 +118,8 @@ def test_what_casts_doubt_on_every_number_is_the_first_caveat() -> None:
 def test_a_swim_that_would_tell_little_is_not_asked_for() -> None:
     summary = made_summary()
     assert film_next(summary, None).startswith("One more swim")
+    assert "Hz, if the motor turns so fast: it narrows" in film_next(summary, None, fastest_hz=0.1)
+    assert "if the motor" not in film_next(summary, None, fastest_hz=9.0)
     sweep = summary.sweep
     little = replace(sweep, sd=np.broadcast_to(0.95 * sweep.sd_now, sweep.sd.shape))
     assert film_next(replace(summary, sweep=little), None) == ""
