@@ -33,7 +33,7 @@ from fitting.trial import MeasuredTrial
 from tracking.head_frame import HeadFrame
 
 _MM = 1000.0  # mm in a metre
-_SCALES = 9  # at which a gain is computed
+_SCALES = 9  # number of scales that a gain is computed at
 _FEWEST_TRIALS = 2  # trials that an interval over trials needs
 # Models that forecast a session, by the name in results
 TWIN = "twin"

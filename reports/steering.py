@@ -125,7 +125,7 @@ def circle_figure(swims: PolicySwims) -> Figure:
     lap = np.linspace(0.0, 2 * np.pi, 200)
     above.set_aspect("equal", adjustable="datalim")
     for number, (path, start) in enumerate(zip(np.swapaxes(swims.path_m, 0, 1), swims.start_m, strict=False)):
-        side, colour = -np.sign(start[1]), (TWIN, EBT)[number % 2]  # to the left is towards -y
+        side, colour = -np.sign(start[1]), (TWIN, EBT)[number % 2]  # the left is towards -y
         middle = np.array([0.0, -side * swims.radius_m])
         above.plot(*(middle[:, None] + swims.radius_m * np.array([np.sin(lap), np.cos(lap)])), color=FAINT, linewidth=3)
         above.plot(*path.T, color=colour, linewidth=0.9)

@@ -101,7 +101,8 @@ class Stage:
     def mark(self, others: Iterable[Path] = ()) -> None:
         """Record that the main result, and the others, were just made from these inputs."""
         outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
-        stamp = {"fingerprint": self.fingerprint, "outputs": outputs}  # to find it may make, and mark, what it rests on
+        # The fingerprint may itself make and mark what this rests on, so it is found before the stamps are opened.
+        stamp = {"fingerprint": self.fingerprint, "outputs": outputs}
         with _changed(self._results) as stamps:
             stamps[_name(self.file, self._results)] = stamp
 

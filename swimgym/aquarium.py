@@ -262,7 +262,7 @@ def draw(lines: np.ndarray, targets: np.ndarray, corners: np.ndarray, pixels: in
 
     def at(place: np.ndarray) -> np.ndarray:
         flipped = np.stack([place[..., 0] - low[0], high[1] - place[..., 1]], axis=-1)
-        return np.round(16 * scale * flipped).astype(np.int32)  # with 4 binary digits
+        return np.round(16 * scale * flipped).astype(np.int32)  # fixed point of 4 binary digits
 
     for target in np.unique(at(targets), axis=0):
         cv2.circle(image, tuple(map(int, target)), int(16 * 0.03 * scale), TARGET, 1, cv2.LINE_AA, 4)

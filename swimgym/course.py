@@ -410,7 +410,7 @@ def steer(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
     numbers = np.broadcast_to(numbers, (len(seen), numbers.shape[-1]))
     hinges = numbers.shape[1] - 2 - len(GAINS)
     vector = seen[:, -5:-3]
-    bearing = np.arctan2(-vector[:, 1], -vector[:, 0])  # to the left
+    bearing = np.arctan2(-vector[:, 1], -vector[:, 0])  # positive to the left
     side = np.sign(bearing)
     told = np.stack(
         [

@@ -75,7 +75,7 @@ def _renamed(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     namings that follow one another that is right whose line along the body is the shortest.
     """
     names, position = markers_of(tracked), pixels_of(tracked)
-    namings, since = [np.arange(len(names))], [0]  # by marker, the dot of the first frame that it names
+    namings, since = [np.arange(len(names))], [0]  # the dot of the first frame that each marker names
     for frame, moved in _moves(position):
         naming = namings[-1].copy()
         naming[moved] = namings[-1]

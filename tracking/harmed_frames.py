@@ -94,7 +94,7 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
     found, formats = len(index.time_s), container.format.name
     last_s = float(index.time_s[-1])
     frame_s = float(np.median(np.diff(index.time_s))) if found > 1 else np.inf
-    counts_ticks = formats == AVI and frame_s * float(stream.average_rate or 0) > TICKS  # with or without a frame
+    counts_ticks = formats == AVI and frame_s * float(stream.average_rate or 0) > TICKS  # a tick may have no frame
     declared = {AVI: stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
     if declared > index.total_packets and not counts_ticks:
         return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
@@ -156,7 +156,7 @@ class Repeats:
         self._before: np.ndarray | None = None
         self._usual: deque[float] = deque(maxlen=USUAL_OVER)
         self._run: list[int] = []
-        self._moved = True  # at the last picture that repeated none
+        self._moved = True  # whether the last picture that repeated none had moved
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all it knows, as arrays; `restored` makes the same of them."""

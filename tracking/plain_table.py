@@ -193,7 +193,7 @@ def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
     """
     faults = FaultCollector(table.file)
     wide = 2 * len(markers) + 1
-    if all(len(row.cells) == wide and not row.cells[-1] for row in table.rows):  # by a separator at the end of each
+    if all(len(row.cells) == wide and not row.cells[-1] for row in table.rows):  # a separator ends each row
         table = replace(table, rows=[Row(row.line, row.cells[:-1]) for row in table.rows])
     first = table.rows[0].cells
     if len(first) > 2 and first in ([str(k) for k in range(len(first))], [f"{k}.0" for k in range(len(first))]):

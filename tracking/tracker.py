@@ -14,7 +14,7 @@ from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres,
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
-_CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
+_CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # confidence from which a sample teaches the look of the marker …

@@ -54,7 +54,7 @@ RAISED = (
     "MotorFault",
     "NoAnswer",
 )
-_ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `swimcal.errors.Fault`
+_ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # fields of `swimcal.errors.Fault`
 _LONGEST = 70  # A heading has at most this many characters.
 
 

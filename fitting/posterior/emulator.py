@@ -194,7 +194,7 @@ class Likelihood:
         """
         weights, measured, _ = self._white_parts
         columns = terms(coefficients, self.emulator.powers)
-        near = ((columns @ self.emulator.scatter) ** 2).sum(axis=1) <= _FARTHEST  # by their leverage
+        near = ((columns @ self.emulator.scatter) ** 2).sum(axis=1) <= _FARTHEST  # points of small leverage
         return np.where(near, self._of(columns @ weights - measured, sizes), -np.inf)
 
     def whitened(self, rows: np.ndarray) -> np.ndarray:
