@@ -108,7 +108,7 @@ class Block(NamedTuple):
 
     @property
     def is_finite(self) -> bool:
-        """Whether no twin next to it diverges."""
+        """Return whether no twin next to it diverges."""
         return all(np.isfinite(part).all() for part in (*self.sensitivities, self.time_step))
 
 

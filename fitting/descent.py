@@ -28,7 +28,8 @@ COARSE = 2
 """Fine steps in one step of the twin until a descent is refined, see `fitting.mode.FINER`."""
 DRAWN = 64
 """Points drawn along the boundary of twins that swim forward."""
-_REFINED, _REFINING = 2, 4  # how often nuisances are simulated anew in the end, and rounds after each time
+_REFINED = 2  # how often nuisances are simulated anew in the end
+_REFINING = 4  # rounds after each time
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
 _REACHES = (1.0, 0.3)  # shares of a step and of the coefficients' scatter within which points are drawn
@@ -116,12 +117,12 @@ class Descent:
 
     @property
     def alive(self) -> bool:
-        """Whether the twin has not diverged on the way."""
+        """Return whether the twin has not diverged on the way."""
         return bool(np.isfinite(self.log_density))
 
     @property
     def done(self) -> bool:
-        """Whether further steps change nothing."""
+        """Return whether further steps change nothing."""
         return self._converged or self._round >= ROUNDS
 
     @property

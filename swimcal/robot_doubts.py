@@ -15,7 +15,7 @@ USUAL_VISCOSITY_PA_S = (3e-4, 5e-3)
 USUAL_SHARE_OF_FIN = (0.0, 0.5)
 """Mass of the fin over that of the robot."""
 USUAL_COMPACTNESS_KG_M3 = (1.0, 200.0)
-"""Mass over length cubed: the published robot has 11, a sphere of water 520."""
+"""Mass over length cubed: the published robot has 8, a sphere of water 520."""
 USUAL_NATURAL_HZ = (0.3, 20.0)
 """Natural frequency of the tail in air."""
 

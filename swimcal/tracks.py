@@ -37,8 +37,10 @@ SMALLEST_BODY_PX = 3.0
 """Smallest length of a robot in the picture; the places of a smaller one are in metres."""
 MOST_SUMMARIES = 8
 """Rows of statistics that may end a table."""
-MEAN_ROUNDED_PX, LEAST_JUMP_PX = 0.51, 3.0
-"""A row of means differs so little from them, and so much from the row before it."""
+MEAN_ROUNDED_PX = 0.51
+"""A row of means differs by no more from them, as it may be rounded to whole pixels."""
+LEAST_JUMP_PX = 3.0
+"""It differs by more than this from the row before it, or a robot at rest would end in means."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
