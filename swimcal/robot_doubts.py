@@ -4,6 +4,7 @@ Most are in another unit than their keys say. They are no faults, as nobody know
 """
 
 from collections.abc import Iterator
+from math import pi, prod
 
 from swimcal.mjcf import build_mjcf, natural_hz
 from swimcal.robot import RobotSpec
@@ -14,8 +15,8 @@ USUAL_DENSITY_KG_M3 = (900.0, 1300.0)
 USUAL_VISCOSITY_PA_S = (3e-4, 5e-3)
 USUAL_SHARE_OF_FIN = (0.0, 0.5)
 """Mass of the fin over that of the robot."""
-USUAL_COMPACTNESS_KG_M3 = (1.0, 200.0)
-"""Mass over length cubed: the published robot has 8, a sphere of water 520."""
+USUAL_OVER_DISPLACED = (0.2, 6.0)
+"""Mass of the robot over that of the water in the head's ellipsoid: the published one has 1.2."""
 USUAL_NATURAL_HZ = (0.3, 20.0)
 """Natural frequency of the tail in air."""
 
@@ -44,12 +45,13 @@ def _long_parts(robot: RobotSpec) -> Iterator[str]:
 
 def _unusual_numbers(robot: RobotSpec) -> Iterator[str]:
     mass_kg = float(build_mjcf(robot).compile().body_mass.sum())
-    fin_share, compactness_kg_m3 = robot.caudal_fin.mass_kg / mass_kg, mass_kg / robot.length_m**3
+    displaced_kg = robot.water.density_kg_m3 * 4 / 3 * pi * prod(robot.head.fluid_half_size_m)
+    fin_share, over_displaced = robot.caudal_fin.mass_kg / mass_kg, mass_kg / displaced_kg
     ranges = (
         ("water.density_kg_m3", robot.water.density_kg_m3, "", USUAL_DENSITY_KG_M3),
         ("water.viscosity_pa_s", robot.water.viscosity_pa_s, "", USUAL_VISCOSITY_PA_S),
         ("caudal_fin.mass_kg over the robot's mass", fin_share, "", USUAL_SHARE_OF_FIN),
-        ("the robot's mass over its length cubed", compactness_kg_m3, " kg/m³", USUAL_COMPACTNESS_KG_M3),
+        ("its mass over that of water in head.fluid_half_size_m", over_displaced, "", USUAL_OVER_DISPLACED),
         ("its tail's frequency in air, by tail.hinge_stiffness_n_m", natural_hz(robot), " Hz", USUAL_NATURAL_HZ),
     )
     for name, value, unit, (low, high) in ranges:
