@@ -329,7 +329,7 @@ class FitResult(Result):
         compared = self.answers.how_far_off.compared
         sure = "" if "significantly" not in compared else ", though not significantly"
         inside, count = self.answers.how_sure.in_band
-        bands = f"; {share_of(inside, count, 'held-out speed')} in its 90 % band" if 2 * inside < count else ""
+        bands = f"; {share_of(inside, count, 'held-out speed')} in the band predicted" if 2 * inside < count else ""
         better = f"better than the best simple rule{sure}"
         as_well = "better" if sure == "" else "as well"
         if " worse" in compared:
