@@ -158,7 +158,7 @@ def _swims(recordings: Recordings) -> Iterator[Check]:
             step = "A fit goes on without it, if it has others. Is it a swim, as session.toml says?"
             yield Check(f"swim {name}", "fault", swim, step)
             continue
-        beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{1000 * swim.speed:.0f} mm/s by its own scale"
+        beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{round(1000 * swim.speed)} mm/s by its own scale"
         found = f"{beat}, {speed}, {100 * swim.used_fraction:.0f} % of samples used"
         still = abs(swim.speed) < STILL_M_S
         step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
