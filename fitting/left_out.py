@@ -125,9 +125,9 @@ def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) ->
         fellows_m: `Scores.launch_free_error_m` of all other trials.
     """
     flags, measured, twin = [], trial.measured.speed, trial.speed_twin
-    name, off = trial.measured.name, abs(twin - measured)
+    off = abs(twin - measured)
     if reason := far_reason(measured, twin, trial.scores.launch_free_error_m, fellows_m):
-        flags.append(Flag(FAR, message=f"{name}: {reason}"))
+        flags.append(Flag(FAR, message=reason))
     if trial.measured.role == "fit" and off > MISSED_BY * abs(measured):
         percent = 100 * (twin / measured - 1)
         message = f"the twin misses the speed it was fitted to by {percent:+.0f} %: {_speeds(measured, twin)}"

@@ -406,11 +406,20 @@ def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
     sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
-    size = sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else ""
-    more = found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE
-    nothing, stage = found.verdict == "no_gap", at_stage(found)
-    story = where, which, how_far, changes(found), chances, named, groups, size
-    return WhatIsMissing(*story, nothing, misfit, more, stage)
+    return WhatIsMissing(
+        where=where,
+        which=which,
+        how_far=how_far,
+        changes=changes(found),
+        chances=chances,
+        named=named,
+        groups=groups,
+        size=sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else "",
+        no_gap=found.verdict == "no_gap",
+        misfit=misfit,
+        more_is_missing=found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE,
+        at_stage=at_stage(found),
+    )
 
 
 def _next_step(

@@ -25,7 +25,7 @@ def made_once(temporary: pytest.TempPathFactory, name: str, make: Callable[[Path
     folder, part = common / f"once-{name}", common / f"once-{name}.part"
     with FileLock(f"{folder}.lock"):
         if not folder.exists():
-            shutil.rmtree(part, ignore_errors=True)  # of one that failed
+            shutil.rmtree(part, ignore_errors=True)  # left by one that failed
             make(part)
             part.rename(folder)
     return folder

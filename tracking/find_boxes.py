@@ -61,6 +61,8 @@ CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
+REACH_OF_A_BOX = 0.6
+"""Share of a box's side about its middle within which its marker lies."""
 HOLLOW = 2.0
 """A marker is a ring if a circle about its middle stands out by so many times as much."""
 LEAST_CONTRAST_FAINT = 25.0
@@ -305,17 +307,18 @@ def are_rings(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> n
     """
     found = np.zeros(len(side_px), bool)
     for number, (centre, side) in enumerate(zip(centre_px, side_px.tolist(), strict=True)):
+        edge = REACH_OF_A_BOX * side
         reach = int(np.ceil(0.75 * side))
         column, row = np.rint(centre).astype(int).tolist()
         patch = window(grey, column, row, reach).astype(float)
         y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
         away = np.hypot(x, y)
-        light = np.abs(patch - np.median(patch[away > 0.6 * side]))
-        inside = np.where(away <= 0.6 * side, np.maximum(light - LEAST_CONTRAST, 0.0), 0.0)
+        light = np.abs(patch - np.median(patch[away > edge]))
+        inside = np.where(away <= edge, np.maximum(light - LEAST_CONTRAST, 0.0), 0.0)
         if not inside.any():
             continue
         away = np.hypot(x - np.average(x, weights=inside), y - np.average(y, weights=inside))
-        around = [float(light[(away >= r - 0.75) & (away < r + 0.75)].mean()) for r in np.arange(1.5, 0.6 * side, 0.5)]
+        around = [float(light[(away >= r - 0.75) & (away < r + 0.75)].mean()) for r in np.arange(1.5, edge, 0.5)]
         found[number] = max(around, default=0.0) > HOLLOW * max(float(light[away < 1.5].mean()), LEAST_CONTRAST)
     return found
 

@@ -40,7 +40,7 @@ SPAN = 60
 
 # Tables.
 COMMENTS = ("#", "%", "//", "sep=")
-"""What a line above the table begins with; the last is for Excel."""
+"""Beginnings of lines above a table; the last is for Excel."""
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""
 DECIMAL_COMMA = re.compile(r"^([-+]?\d+),(\d+)(?=[eE]|$)")

@@ -327,11 +327,11 @@ class FitResult(Result):
 
     def _why(self, caveats: int) -> str:
         compared = self.answers.how_far_off.compared
-        sure = "" if "significantly" not in compared else ", though not significantly"
+        close = "significantly" in compared  # it says that it is not
         inside, count = self.answers.how_sure.in_band
         bands = f"; {share_of(inside, count, 'held-out speed')} in the band predicted" if 2 * inside < count else ""
-        better = f"better than the best simple rule{sure}"
-        as_well = "better" if sure == "" else "as well"
+        better = f"better than the best simple rule{', though not significantly' if close else ''}"
+        as_well = "as well" if close else "better"
         if " worse" in compared:
             better = "not better than the best simple rule, within the errors"
         why = {

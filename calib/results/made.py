@@ -45,7 +45,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         return stage.read_trial(name)
 
     def draw_trial(name: str) -> Mapping[str, Plot]:
-        return trial_plots(read_trial(name), stage.robot) if name in data.trials else {}
+        return trial_plots(read_trial(name), stage.robot)
 
     figures = FitFigures(
         stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)), draw_trial, tuple(data.trials)

@@ -106,8 +106,8 @@ class FitFigures(StructureFigures):
         self,
         stage: Stage,
         draw: Callable[[], Mapping[str, Plot]],
-        draw_trial: Callable[[str], Mapping[str, Plot]] = lambda _trial: {},
-        trials: tuple[str, ...] = (),
+        draw_trial: Callable[[str], Mapping[str, Plot]],
+        trials: tuple[str, ...],
     ) -> None:
         super().__init__(stage, draw)
         self._draw_trial, self._trials, self._of_trials = draw_trial, trials, dict[str, Plot]()
@@ -291,7 +291,7 @@ def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
     for name, flag in flags:
         place = "" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}, {flag.kind}: "
         if name:
-            trials.setdefault(f"{place}{flag.message.removeprefix(f'{name}: ')}", []).append(name)
+            trials.setdefault(f"{place}{flag.message}", []).append(name)
         else:
             whole.append(f"! {flag.message}")
     return [*(f"! {', '.join(dict.fromkeys(names))}: {flag}" for flag, names in trials.items()), *whole]

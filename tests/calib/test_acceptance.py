@@ -115,7 +115,7 @@ def test_the_shipped_sample_is_calibrated_to_its_truth(calib: Front, tmp_path: P
 
 FAR_SD = 4.0
 SEEDS = (0, 1)
-HELD = 7  # of ten 90 % intervals; nominally nine
+HELD = 7  # number of ten 90 % intervals; nominally nine
 
 
 @pytest.mark.long

@@ -82,7 +82,7 @@ def test_a_broken_session_is_reported_what_is_wrong_and_left_alone(calib: Front,
     assert_reports(outcome, *parts)
     measured = case in ("shorter than a beat", "nose on neck", "too short")
     kept = {".swimcal.lock", "results/.stages.json", "results/.stages.lock"}
-    allowed = kept | {"results/tracks/fast.csv"}  # of the sound trial
+    allowed = kept | {"results/tracks/fast.csv"}  # tracks of the sound trial
     assert files_in(fresh).keys() - before.keys() <= (allowed if measured else set())
 
 

@@ -168,7 +168,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
         def __getitem__(self, name: str) -> None:  # type: ignore[override]
             fetched.add(name)
 
-    figures = Fetched(None, dict)  # type: ignore[arg-type]
+    figures = Fetched(None, dict, lambda _trial: {}, ())  # type: ignore[arg-type]
     for name, method in inspect.getmembers(figures, inspect.ismethod):
         if not name.startswith("_"):
             (method("slow"), method("fast")) if "trial" in inspect.signature(method).parameters else method()

@@ -18,7 +18,7 @@ from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
-AT = np.array(PLAUSIBLE_COEFFICIENTS, float)  # of the twin that swims
+AT = np.array(PLAUSIBLE_COEFFICIENTS, float)  # coefficients of the twin that swims
 ARM = 0.03  # by which the arm of the robot that swims is longer than that of the twin
 
 

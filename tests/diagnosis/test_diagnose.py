@@ -61,7 +61,7 @@ def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
     for swim in found.gap.trials.values():
         forecasts = [swim.frequency_before_hz, swim.frequency_after_hz]
         np.testing.assert_allclose(forecasts, swim.frequency_measured_hz, rtol=0.01)
-    assert found.said.skill is None  # of two trials none can be left out
+    assert found.said.skill is None  # none of two trials can be left out
     assert found.gap.with_effects_mm < found.gap.baseline_mm
 
 
@@ -115,7 +115,7 @@ def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
         ("joint_damping", -0.499, True),  # -0.5 to 5
         ("joint_damping", -0.3, False),
         ("joint_damping", 4.99, True),
-        ("tendon_slack", 0.0, False),  # of one sign: from 0 on; the plain twin is no bound
+        ("tendon_slack", 0.0, False),  # it has one sign: from 0 on; the plain twin is no bound
     ],
 )
 def test_a_parameter_is_at_its_bound_where_its_value_is(name: str, value: float, at_bound: bool) -> None:

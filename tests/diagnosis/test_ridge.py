@@ -74,7 +74,7 @@ def test_how_strong_many_small_effects_are_is_found(share: float) -> None:
         found, gained = likeliest_share(at, signatures(), Refit.plain(at))
         assert gained > 0
         off.append(np.log2(found / share))
-    assert np.abs(off).max() <= 1.0  # of few parameters
+    assert np.abs(off).max() <= 1.0  # few parameters
     assert abs(np.mean(off)) < 0.5
 
 

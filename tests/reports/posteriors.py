@@ -17,7 +17,7 @@ from swimcal.mjcf import FluidCoefficients
 from tests.reports.sample import BEST, MARKERS, ROLES
 
 SPREAD = np.array([0.02, 0.3, 0.2, 0.1, 2.0])
-_STEPS = np.array([-0.02, -0.008, 0.0, 0.008, 0.02])[:, None]  # of quantiles, relative
+_STEPS = np.array([-0.02, -0.008, 0.0, 0.008, 0.02])[:, None]  # relative steps of quantiles
 
 
 def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> PosteriorSummary:

@@ -176,7 +176,7 @@ def test_stamps_in_milliseconds_are_called_that(tmp_path: Path) -> None:
     [
         np.full(89, 1001 / 60000),
         np.where(np.arange(89) % 10, 1, 6) / 60,  # every tenth time five frames are left out
-        np.diff(np.round(np.arange(90) / 60, 2)),  # of a clock that counts hundredths
+        np.diff(np.round(np.arange(90) / 60, 2)),  # a clock that counts hundredths
     ],
     ids=["59.94", "frames left out", "coarse clock"],
 )

@@ -53,7 +53,7 @@ def linearised_chain(robot, at_hinges, stiffness, damping):
 @pytest.mark.parametrize("per_gap", [*later(1), 2])
 def test_a_free_decay_swings_as_the_linearised_chain(per_gap):
     robot = load_robot()
-    factor = 0.1  # of the damping, so that it swings for long
+    factor = 0.1  # share of the damping, so that it swings for long
     spread = (np.arange(per_gap) + 0.5) / per_gap - 0.5
     gaps = np.array([segment.gap_m for segment in robot.tail.segment])
     hinges = (robot.hinge_x_m[:, None] + 0.4 * gaps[:, None] * spread).ravel()

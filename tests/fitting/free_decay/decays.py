@@ -19,7 +19,7 @@ ROBOT = load_robot()
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142)
 MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
 PX_PER_M = 950.0
-BENT = (0.22, 0.25, 0.25, 0.2, 0.1)  # of the hinges, rad
+BENT = (0.22, 0.25, 0.25, 0.2, 0.1)  # angles of the hinges, rad
 NOISE = TrackingNoise()
 
 

@@ -13,7 +13,7 @@ from fitting import descent as descents
 from fitting.descent import Descent, Place
 
 SLOPES = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 5)))[0] * [9.0, 7.0, 5.0, 4.0, 3.0]
-BEST = np.array([3.0, 4.0, 5.0, 2.0, 3.0])  # of all coefficients; with these the twin swims backward
+BEST = np.array([3.0, 4.0, 5.0, 2.0, 3.0])  # the best of all coefficients; with these the twin swims backward
 BEGIN = np.array([5.0, 5.0, 6.0, 5.0, 5.5])
 ROUNDS = 40
 

@@ -61,7 +61,7 @@ def likelihood() -> Likelihood:
     points = random.uniform(2.0, 4.0, (120, 5))
     features = points @ random.standard_normal((5, LENGTH))
     measured = features.mean(axis=0) + random.standard_normal(LENGTH)
-    wave = half[:, :5] @ half[:, :5].T  # of low rank, as where means do not count
+    wave = half[:, :5] @ half[:, :5].T  # its rank is low, as where means do not count
     return Likelihood(
         measured,
         known @ known.T + 0.1 * np.eye(LENGTH),

@@ -93,7 +93,7 @@ def test_a_glued_marker_rides_on_its_link() -> None:
 def test_a_box_slides_along_the_body_or_across(seen: Observation, way: int) -> None:
     drift = TrackerDrift(NAMES)
     values = np.zeros(len(drift.parameters))
-    values[2 + way] = 0.01  # of the second marker after nose and neck
+    values[2 + way] = 0.01  # the second marker after nose and neck
     off = drift.observe(seen, values) - seen.marker_m
     assert np.einsum("fd,fd->f", off[:, 3], seen.axes[:, 3, way]) == pytest.approx(0.01 * seen.time_s)
     assert np.linalg.norm(off[:, 3], axis=-1) == pytest.approx(0.01 * seen.time_s)
