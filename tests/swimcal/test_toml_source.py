@@ -1,6 +1,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import pytest
 from pydantic import Field, field_validator
 
@@ -146,3 +147,11 @@ def test_a_robot_equals_itself_read_twice_whatever_was_computed_of_it() -> None:
     assert len(other.segment_x_m) > 1
     assert one == other
     assert one != other.model_copy(update={"name": "another"})
+
+
+def test_what_was_computed_of_a_table_is_computed_anew_of_its_copy() -> None:
+    robot = load_robot()
+    before_kg = robot.tail_mass_kg
+    np.testing.assert_allclose(robot.with_tail_mass_times(2.0).tail_mass_kg, 2 * before_kg)
+    longer = robot.model_copy(update={"tail": robot.tail.model_copy(update={"start_m": robot.tail.start_m + 0.01})})
+    np.testing.assert_allclose(longer.hinge_x_m, robot.hinge_x_m + 0.01)
