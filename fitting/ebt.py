@@ -4,10 +4,10 @@
 tail marker, dimensionless numbers, and the sway of the neck.
 
 Elongated body theory comes in three forms (`FORMS`), each fitted to the fit trials by the same search over its one free
-number (`fit_ebt`). The forms differ in what they take from the motion of the tail tip, measured or simulated:
-derivatives are either the published finite difference between neighbouring frames of 60 a second, which half-pixel
-tracks inflate (<h_t^2> by up to 80 % at low speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a
-second).
+number (`fit_ebt`). The forms differ in what they take from the motion of the tail tip, measured or simulated. The
+published one takes it in the frame of the head, by the finite difference between neighbouring frames of 60 a second,
+which half-pixel tracks inflate (<h_t^2> by up to 80 % at low speed); the others in the frame that swims along, by a
+Savitzky-Golay filter (quadratic over a sixth of a second).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -277,11 +277,13 @@ def published_motion(swim: TailSwim) -> TailMotion:
     return _mean_squares(rate, good[step:, 1] & good[:-step, 1], *_slope(swim.tip_m, good))
 
 
-def smoothed_motion(swim: TailSwim) -> TailMotion:
-    """Return <h_t^2> and <h_x^2> with the derivative and the slope of a Savitzky-Golay filter."""
-    good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
-    rate = _smooth(swim.tip_m, swim.time_s, 1)[:, 1, 1]
-    return _mean_squares(rate, good[:, 1], *_slope(_smooth(swim.tip_m, swim.time_s, 0), good))
+def pool_motion(swim: TailSwim) -> TailMotion:
+    """Return <h_t^2> and <h_x^2> in the frame that swims along, as Lighthill has h: with the recoil of the head.
+
+    In the head's frame the tail of this fish swings about twice as far.
+    """
+    tip = tip_motion(swim)
+    return TailMotion((tip.lateral_speed**2).mean(), (np.tan(tip.angle_rad) ** 2).mean())
 
 
 def tip_motion(swim: TailSwim) -> TipMotion:
@@ -351,8 +353,8 @@ class EbtForm:
     speed: Callable[[Any, RobotSpec, float, float], Any]
 
 
-PUBLISHED = EbtForm("published", "steady, finite difference (as published)", published_motion, steady_speed)
-SMOOTHED = EbtForm("smoothed", "steady, smoothed derivative", smoothed_motion, steady_speed)
+PUBLISHED = EbtForm("published", "steady, in the head's frame (as published)", published_motion, steady_speed)
+SMOOTHED = EbtForm("smoothed", "steady, in the pool, smoothed", pool_motion, steady_speed)
 LARGE = EbtForm("large", "large amplitude, smoothed derivative", tip_motion, steady_speed_large)
 FORMS = (PUBLISHED, SMOOTHED, LARGE)
 

@@ -34,8 +34,9 @@ TERMS = {
     "held out": "A held-out trial took no part in any fit. Its frequency, phase and start come from its own first "
     f"{KNOWN_BEATS:g} beats, at most its first half; only the rest is compared.",
     "EBT": "Elongated body theory as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² balances drag "
-    "½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a smoothing filter; “large amplitude” keeps the angle "
-    "of the tail tip.",
+    "½ ρ c_D S U². h is taken in the frame of the head, where a tail swings farther than in the pool. "
+    "“Smoothed” has it in the frame that swims along, as Lighthill does, by a smoothing filter; “large amplitude” also "
+    "keeps the angle of the tail tip.",
     "simple rules": "A line and a power law in frequency, and a constant stride (speed in proportion to frequency), "
     "through the speeds of the fit trials.",
     "determined": "The upper end of a coefficient’s 90 % interval is at most 2.5 times the lower, or the interval no "

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.ebt import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
+from fitting.ebt import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, pool_motion, published_motion, tip_motion
 from swimcal.ebt import TailMotion
 from swimcal.robot import load_robot
 from tests.fitting.swims import by_hand, straight_swim
@@ -20,7 +20,7 @@ AMPLITUDE, SLOPE = 0.06, 0.4
 QUIETED = 0.065
 """Share of <h_t^2> that smoothing over 11 frames takes from a beat of 1 Hz at 60 frames a second."""
 each_motion = pytest.mark.parametrize(
-    ("motion", "kept"), [(published_motion, 1.0), (smoothed_motion, 1 - QUIETED)], ids=["published", "smoothed"]
+    ("motion", "kept"), [(published_motion, 1.0), (pool_motion, 1 - QUIETED)], ids=["published", "smoothed"]
 )
 each_form = pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 
@@ -98,14 +98,15 @@ def bias(hz: float, amplitude: float, seeds: int = 8, jitter_px: float = 0.3) ->
     found = []
     for seed in range(seeds):
         boxes = seen(clean, jitter_px, np.random.default_rng(seed))
-        found.append([float(motion(boxes).lateral_speed_sq) for motion in (published_motion, smoothed_motion)])
+        found.append([float(motion(boxes).lateral_speed_sq) for motion in (published_motion, pool_motion)])
     published, smoothed = np.mean(found, axis=0) / true - 1
     return float(published), float(smoothed)
 
 
 def seen(clean: TailSwim, jitter_px: float, random: np.random.Generator) -> TailSwim:
     jitter = jitter_px * PIXEL_M * random.normal(size=clean.tip_m.shape)
-    return replace(clean, tip_m=on_half_pixels(clean.tip_m + jitter))
+    in_pool = on_half_pixels(clean.pool_m + jitter)
+    return replace(clean, tip_m=on_half_pixels(clean.tip_m + jitter), pool_m=in_pool)
 
 
 @pytest.mark.parametrize(("hz", "amplitude"), [(0.3, 0.03), (0.4, 0.015), (0.4, 0.06), (0.5, 0.04)])
