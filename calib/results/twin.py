@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from calib.results.result import TIME, Export
 from fitting.pool import forward_speed, head_frame
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
+from swimcal.effects.effect import MOVING_WAYS
 from swimcal.errors import Fault, InputError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients, add_scenery, build_mjcf, natural_hz
 from swimcal.results import write_whole
@@ -36,7 +37,8 @@ PICTURES = (".png", ".svg", ".pdf")
 """Endings of the pictures of a robot that can be written."""
 DOTS_AN_INCH = 200
 _LEAST_S = 6.0  # shortest swim from rest, where no duration is given
-_BEYOND = 1e-3  # share by which a frequency may differ from the fitted ones without being beyond them
+_BEYOND = 0.01  # share by which a frequency may differ from the fitted ones without being beyond them
+_STEPS_A_TURN = 80  # fewest time steps a turn at which the speed was compared with that of a shorter step
 _SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 
 
@@ -54,7 +56,7 @@ class SwimTwin:
     Example:
         >>> twin = calib.load_twin("pool", effects=["tendon_slack"])
         >>> twin.parameters
-        ('tendon_slack.length',)
+        ('tendon_slack.length', 'tendon_slack.dragging')
         >>> swim = twin.swim(0.8, seconds=3.0, parameters={"tendon_slack.length": [0.0, 0.002]})
         >>> bool(swim.speed[1] < swim.speed[0])                 # with 2 mm of slack it is slower
         True
@@ -104,17 +106,19 @@ class SwimTwin:
             Dimensions `run` (n), `time` (s), `space` (x, y) and `keypoint`; variables `position` (run, time, space,
                 keypoint) of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed`
                 (run), m/s, forward, over the whole beats of the second half; `extrapolated` (run), whether the
-                frequency is beyond `fitted_hz`. `frequency`, Hz, and the parameters are coordinates of the runs:
-                `.sel(frequency=0.8)`.
+                frequency is beyond `fitted_hz`, or a turn has fewer than 80 of the robot's time steps: there another
+                step may give another speed. `frequency`, Hz, and the parameters are coordinates of the runs:
+                `.sel(frequency=0.8)`. Of the head write `swim["head"]`: `swim.head` is a method of every dataset.
 
         Raises:
-            InputError: a parameter that the effects do not have, or a frequency that is none.
+            InputError: a parameter that the effects do not have, a value beyond its bounds, values of another number
+                than the frequencies, an effect that changes no swim, or a frequency that is none.
             SimulationDiverged: the twin left the range in which its numbers mean something.
         """
         import xarray as xr
 
-        given = self._check_parameters(parameters or {})
         hz = _check_frequencies(frequency_hz)
+        given = self._check_parameters(parameters or {}, len(hz))
         _check_positive({"fps": fps} if seconds is None else {"fps": fps, "seconds": seconds})
         count = max(map(len, (hz, *given.values())))
         seconds = max(_LEAST_S, _SETTLED_BEATS / float(hz.min())) if seconds is None else seconds
@@ -130,6 +134,7 @@ class SwimTwin:
         found = self.engine.simulate(runs, time_s)
         late, heads = time_s >= time_s[-1] / 2, head_frame(self.engine.markers, found.marker_m)
         low, high = self.fitted_hz or (-np.inf, np.inf)
+        high = min(high, 1 / (_STEPS_A_TURN * self.robot.time_step_s))
         speed = [float(forward_speed(time_s, select_head(heads, run), late, hz[run])) for run in range(count)]
         swims = xr.Dataset(
             {
@@ -150,17 +155,40 @@ class SwimTwin:
         )
         return swims.set_xindex("frequency")
 
-    def _check_parameters(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-        """Convert each parameter to (n,) or (1,); an `InputError` for those that the effects do not have."""
-        expected = "a parameter of the twin's effects"
-        faults = [
-            Fault("parameters", "", "no such parameter", repr(name), expected, self.parameters)
-            for name in parameters
-            if name not in self.parameters
-        ]
+    def _check_parameters(self, parameters: Mapping[str, ArrayLike], runs: int) -> dict[str, np.ndarray]:
+        """Convert each parameter to (n,) or (1,), for n runs; an `InputError` for what the effects do not have."""
+        effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
+        known = {f"{each.name}.{one.name}": (each, one) for each in effects for one in each.parameters}
+        found = {name: _numbers_of(value) for name, value in parameters.items()}
+        runs = max([runs, *map(len, found.values())]) if runs == 1 else runs
+        faults = []
+        for name, value in found.items():
+            here = parameters[name]
+            if name not in known:
+                what, expected = "no such parameter", "a parameter of the twin's effects"
+                faults.append(Fault("parameters", "", what, repr(name), expected, self.parameters))
+                continue
+            effect, parameter = known[name]
+            if not set(effect.enters()) & {*MOVING_WAYS, "drive"}:
+                what = "the effect changes what is filmed or commanded, not how the twin swims at a given crank speed"
+                faults.append(Fault("parameters", name, what, repr(here), "an effect that moves the fish"))
+            if not ((value >= parameter.low) & (value <= parameter.high)).all():  # also of nan
+                expected = f"numbers from {parameter.low:g} to {parameter.high:g} {parameter.unit}"
+                faults.append(Fault("parameters", name, "beyond what the effect may be", repr(here), expected))
+            if len(value) not in (1, runs):
+                expected = f"one value, or {runs}, one for each run"
+                faults.append(Fault("parameters", name, "another number of values than of runs", repr(here), expected))
         if faults:
             raise InputError(faults)
-        return {name: np.atleast_1d(np.asarray(value, float)) for name, value in parameters.items()}
+        return found
+
+
+def _numbers_of(value: ArrayLike) -> np.ndarray:
+    """Convert what was given for a parameter to (n,); nan where it is no number."""
+    try:
+        return np.atleast_1d(np.asarray(value, float))
+    except (TypeError, ValueError):
+        return np.array([np.nan])
 
 
 def check_coefficients(given: Sequence[float]) -> FluidCoefficients:
