@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 
 from diagnosis.constants import (
     AT_PLACES,
+    CALM,
     GROWN,
     LAUNCHES,
     MIXED,
@@ -274,7 +275,10 @@ def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Pr
         launches[launch] = np.log(chance) + here.space.log_volume + logsumexp(list(singles.logs.values()))
     least = max(launches.values()) + np.log(UNLIKELY)
     return tuple(
-        Assumed(float(np.log(chance * LAUNCHES[launch])), linear.with_error(size, common, launch))
+        Assumed(
+            float(np.log(chance * LAUNCHES[launch])),
+            linear.with_error(size, CALM * common if size == CALM else common, launch),
+        )
         for launch, weight in launches.items()
         if weight > least
         for size, chance in SCALES.items()

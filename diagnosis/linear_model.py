@@ -72,7 +72,7 @@ class LinearModel:
         disturbances: what noise and nuisances do, at the coefficients.
         error: size of the discrepancy of each trial's features in this session, against most sessions.
         common: (k, c) discrepancy that all trials share, of unit strength; None where that is not known.
-        launch: size of what course and slides of markers differ by from launch to launch, against the usual.
+        launch: sizes of what the course differs by from launch to launch, and slides of markers, against the usual.
         given: what a reference session tells of these trials; None without one.
     """
 
@@ -84,7 +84,7 @@ class LinearModel:
     disturbances: NuisanceModel
     error: float = 1.0
     common: np.ndarray | None = None
-    launch: float = 0.0
+    launch: tuple[float, float] = (0.0, 0.0)
     given: Given | None = None
 
     @classmethod
@@ -162,7 +162,7 @@ class LinearModel:
         model = _model_session(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
-    def with_error(self, error: float, common: np.ndarray, launch: float = 0.0) -> "LinearModel":
+    def with_error(self, error: float, common: np.ndarray, launch: tuple[float, float] = (0.0, 0.0)) -> "LinearModel":
         """Return the model with another size and common part of the discrepancy, and another scatter of launches.
 
         The common part of free decays is zero: it is due to water that resembles some effects, which no hinge does.
@@ -170,7 +170,7 @@ class LinearModel:
         Args:
             error: size of the discrepancy, against most sessions.
             common: (k, c) part that all trials share, of unit strength.
-            launch: size of the scatter, against the usual.
+            launch: sizes of the scatter of course and slides, against the usual.
         """
         of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0
@@ -291,8 +291,8 @@ class LinearModel:
         if self.given is not None:
             return self.given.covariance
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
-        if self.launch:
-            features = features + np.diag((self.launch * scatter_of_launch(self.model)) ** 2)
+        if any(self.launch):
+            features = features + np.diag(scatter_of_launch(self.model, *self.launch) ** 2)
         own = row_covariance(self.model, features, self.disturbances.robot)
         return own if self.common is None else own + self.common @ self.common.T
 
@@ -315,17 +315,22 @@ def _placement_uncertainty(
     return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 
-def scatter_of_launch(model: SessionModel) -> np.ndarray:
-    """Return the usual standard deviations of all features between launches: of the course, and of markers' slides.
+def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 1.0) -> np.ndarray:
+    """Return the standard deviations (k,) of all features between launches: of the course, and of markers' slides.
 
     With the head clamped they are 0.
+
+    Args:
+        model: the trials.
+        course: size of the scatter of the course, against the usual.
+        slides: the same of the slides, which a tilted camera makes.
     """
     first = model.trials[0]
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
     own = np.zeros(len(model.measured) // len(model.trials))
-    slides = places_of_slides(len(own))
-    own[slides] = SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: slides.stop - slides.start])
-    own[-len(COURSE) :] = COURSE_OF_LAUNCH
+    places = places_of_slides(len(own))
+    own[places] = slides * SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: places.stop - places.start])
+    own[-len(COURSE) :] = np.multiply(course, COURSE_OF_LAUNCH)
     free = [not each.twin.scene.head_clamped for each in model.trials]
     return np.kron(free, own)
 

@@ -15,6 +15,7 @@ from swimcal.mjcf import SIDES, Scene
 from swimcal.robot import RobotSpec
 
 _EDGE_M = 1e-4  # length over which a tendon's damper comes in before its spring does
+_TINY_M = 1e-12  # keeps the share of no slack finite
 CREEP_M_S = 0.002
 """Speed of a line through a guide at which friction has 0.7 of its full force."""
 
@@ -127,17 +128,22 @@ class TendonCompliance(TendonEffect):
 
 
 class LooseTendons:
-    """Damper that takes the damping from tendons while they hang loose.
+    """Damper that takes a share of their damping from tendons while they hang loose.
 
     The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the tail
     along through the whole dead band.
+
+    Args:
+        robot: the robot.
+        models: n models of it, each with its slack.
+        share: (n,) share of the damping that is taken.
     """
 
-    def __init__(self, robot: RobotSpec, models: Sequence[mujoco.MjModel]) -> None:
+    def __init__(self, robot: RobotSpec, models: Sequence[mujoco.MjModel], share: np.ndarray) -> None:
         radius = np.array([model.site("anchor_right").pos[2] for model in models])
         self._path = TendonPath(robot, radius)
         self._rest = np.array([model.tendon_lengthspring for model in models])  # (n, 2, 2)
-        self._damping = np.array([model.tendon_damping for model in models])  # (n, 2)
+        self._damping = share[:, None] * np.array([model.tendon_damping for model in models])  # (n, 2)
         self._half_step_s = models[0].opt.timestep / 2
         self._crank = -len(robot.hinges) - 1
 
@@ -151,23 +157,28 @@ class LooseTendons:
 
 
 class TendonSlack(TendonEffect):
-    """Each tendon is too long by `length`: between pulling and pushing is a dead band of twice that."""
+    """Each tendon is too long by `length` and `dragging`: between pulling and pushing is a dead band of twice that.
+
+    Within it a line that is long by `length` alone leaves the tail free; with `dragging` alone it damps as before.
+    """
 
     name = "tendon_slack"
     physics = "A loose line pulls only after its slack is taken up; a pair of lines leaves the tail free in between."
     source = "Dead band of a cable drive; MuJoCo's tendon springlength with two values."
-    parameters = (Parameter("length", "m", 0.0, 0.01, 0.001),)
+    parameters = (Parameter("length", "m", 0.0, 0.01, 0.001), Parameter("dragging", "m", 0.0, 0.01, 0.001))
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
         """Give each tendon a range of lengths at rest."""
-        if values[0] > 0 and scene.with_tendons:
-            set_rest_lengths(spec, rest_lengths(spec, robot) + values[0] * np.array([-1.0, 1.0]))
+        if values.any() and scene.with_tendons:
+            set_rest_lengths(spec, rest_lengths(spec, robot) + values.sum() * np.array([-1.0, 1.0]))
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
     ) -> StepDamper | None:
-        """Return a damper without force while the tendons hang loose."""
-        return LooseTendons(robot, models) if values.any() and scene.with_tendons else None
+        """Return a damper that drags less while the tendons hang loose, by the share that `length` has of the slack."""
+        if not (values[:, 0].any() and scene.with_tendons):
+            return None
+        return LooseTendons(robot, models, values[:, 0] / np.maximum(values.sum(axis=1), _TINY_M))
 
 
 class TendonFriction(TendonEffect):

@@ -115,7 +115,7 @@ def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
         ("joint_damping", -0.499, True),  # -0.5 to 5
         ("joint_damping", -0.3, False),
         ("joint_damping", 4.99, True),
-        ("tendon_slack", 0.0, False),  # it has one sign: from 0 on; the plain twin is no bound
+        ("skin_friction", 0.0, False),  # it has one sign: from 0 on; the plain twin is no bound
     ],
 )
 def test_a_parameter_is_at_its_bound_where_its_value_is(name: str, value: float, at_bound: bool) -> None:

@@ -36,7 +36,7 @@ class Row:
     discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy.independent(np.eye(1)))
     error: float = 1.0
     common: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
-    launch: float = 0.0
+    launch: tuple[float, float] = (0.0, 0.0)
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
     model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
@@ -44,13 +44,13 @@ class Row:
     def observed(self) -> np.ndarray:
         return np.ones(K, bool)
 
-    def with_error(self, error: float, common: np.ndarray, launch: float = 0.0) -> Row:
+    def with_error(self, error: float, common: np.ndarray, launch: tuple[float, float] = (0.0, 0.0)) -> Row:
         return replace(self, error=error, common=common, launch=launch)
 
     @cached_property
     def space(self) -> Whitened:
         covariance = (1 + (self.error * ERROR) ** 2) * np.eye(K) + self.common @ self.common.T
-        covariance[COURSE, COURSE] += (LAUNCH * self.launch) ** 2
+        covariance[COURSE, COURSE] += (LAUNCH * self.launch[0]) ** 2
         return Whitened.of(covariance, np.eye(K)[:, :5], np.full(5, 10.0))
 
 
@@ -76,7 +76,7 @@ def test_launches_that_differ_are_no_gap(launch: float) -> None:
     differs[COURSE] = launch * LAUNCH * np.random.default_rng(4).standard_normal(len(COURSE))
     found = average_hypotheses(error_sizes(linear(1, 1.0, differs), catalogue()), catalogue(), Priors())
     assert verdict_of(found.probabilities).name == "no_gap"
-    assert found.linear.launch == launch
+    assert found.linear.launch[0] == launch
     beside = linear(1, 1.0, differs + 60.0 * DIRECTIONS[4])
     found = average_hypotheses(error_sizes(beside, catalogue()), catalogue(), Priors())
     assert found.probabilities.marginal[4] > 0.6

@@ -108,14 +108,15 @@ class LateStart(Mechanism):
 
 
 class Slack(Mechanism):
-    """A dead band with sharp edges, without damping within it."""
+    """A dead band with sharp edges, in which a line is damped by the share of it that drags."""
 
     length_m: float
+    dragging_m: float
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        stretch, p = now.pull.stretch_m, now.parameters
-        held = np.maximum(stretch - self.length_m, 0.0) + np.minimum(stretch + self.length_m, 0.0)
-        damping = p.tendon_damping_n_s_m * (np.abs(stretch) > self.length_m)
+        stretch, p, slack_m = now.pull.stretch_m, now.parameters, self.length_m + self.dragging_m
+        held = np.maximum(stretch - slack_m, 0.0) + np.minimum(stretch + slack_m, 0.0)
+        damping = p.tendon_damping_n_s_m * np.where(np.abs(stretch) > slack_m, 1.0, self.dragging_m / slack_m)
         return now.tighten(p.tendon_stiffness_n_m * held + damping * now.pull.rate_m_s - now.pull.tension_n)
 
 
@@ -188,15 +189,19 @@ class Bend(Mechanism):
 
 
 class TailMass(Mechanism):
-    """Spread as the tail's own."""
+    """Spread as the tail's own, and in the middle of the fin."""
 
     share: float
+    on_fin: float
 
-    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         kg = parameters.link_mass_kg[0]
         heavier = np.full(len(kg), 1 + self.share * kg[0] / kg[1:].sum())
-        heavier[0] = 1 - self.share
-        return parameters.reweighed(heavier, np.zeros(3))
+        heavier[0] = 1 - self.share - self.on_fin
+        fin, robot = np.array([layout.hinges]), layout.robot
+        place_m = robot.fin_root_x_m + robot.caudal_fin.centre_m - layout.origin_m[-1]
+        on_fin = layout.on_links(fin, self.on_fin * kg[:1], np.array([place_m]))
+        return parameters.reweighed(heavier, on_fin)
 
 
 class OneWake(Mechanism):
@@ -291,7 +296,7 @@ TWINS_FORMS: Mapping[str, TwinsForm] = {
     "motor_start_delay": TwinsForm(LateStart, (0.05,)),
     "crank_arm_error": TwinsForm(lambda relative: CrankArmError(relative, relative), (0.018,)),
     "tendon_compliance": TwinsForm(lambda relative: TendonCompliance(relative, relative, 0.0), (2.0,)),
-    "tendon_slack": TwinsForm(Slack, (0.002,)),
+    "tendon_slack": TwinsForm(Slack, (0.002, 0.001)),
     "tendon_friction": TwinsForm(GuideFriction, (0.5,)),
     "tendon_asymmetry": TwinsForm(lambda length_m: TendonAsymmetry(-length_m, length_m), (0.001,)),
     "stiffness_error": TwinsForm(lambda relative: StiffnessError((float(np.log1p(relative)),) * 5), (0.1,)),
@@ -300,7 +305,7 @@ TWINS_FORMS: Mapping[str, TwinsForm] = {
     "joint_damping": TwinsForm(Damping, (0.3,)),
     "joint_friction": TwinsForm(HingeFriction, (0.03,)),
     "bend_offset": TwinsForm(Bend, (0.03,)),
-    "mass_distribution": TwinsForm(TailMass, (0.01,)),
+    "mass_distribution": TwinsForm(TailMass, (0.01, 0.005)),
     "entrained_water": TwinsForm(lambda thickness_m: EntrainedWater(thickness_m, 0.0), (0.002,)),
     "added_mass_reaction": TwinsForm(AddedMassReaction, (0.2,)),
     "segment_coefficients": TwinsForm(_segments, (0.3, 0.3)),

@@ -52,7 +52,7 @@ def test_compliance_softens_spring_and_damper() -> None:
 
 def test_slack_leaves_a_dead_band_of_twice_its_length() -> None:
     slack, torques, expected = 0.004, [], []
-    model = model_with(SLACK, slack, DRY)
+    model = model_with(SLACK, [0.003, 0.001], DRY)
     for crank_rad in TURN:
         longer, per_rad = lengthening(crank_rad)
         pull = np.sign(longer) * np.maximum(np.abs(longer) - slack, 0.0) * FISH.tendons.stiffness_n_m
@@ -60,6 +60,18 @@ def test_slack_leaves_a_dead_band_of_twice_its_length() -> None:
         expected.append(-pull @ per_rad)
     np.testing.assert_allclose(torques, expected, atol=1e-8)
     assert 0 < sum(torque == 0.0 for torque in torques) < len(TURN) / 2
+
+
+@pytest.mark.parametrize(("slack_m", "share"), [((0.004, 0.0), 1.0), ((0.001, 0.003), 0.25), ((0.0, 0.004), None)])
+def test_a_loose_line_damps_by_the_share_of_its_slack_that_drags(
+    slack_m: tuple[float, float], share: float | None
+) -> None:
+    loose = model_with(SLACK, list(slack_m), DRY)
+    damper = SLACK.damping(FISH, DRY, [loose], np.array([slack_m]))
+    assert (damper is None) == (share is None)
+    if damper is not None and share is not None:
+        taken = damper(still(np.zeros((1, 6)), np.ones((1, 6)))).tendons
+        np.testing.assert_allclose(taken, -share * loose.tendon_damping[None], rtol=1e-9)
 
 
 def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> None:
