@@ -330,8 +330,9 @@ def _build_predicted(found: PosteriorSummary) -> tuple[Block, ...]:
         for trial in found.trials
     )
     caption = (
-        "Forward speed, measured and predicted, and marker coordinates inside their 90 % bands. Held-out "
-        "trials: given the frequency and start of their first two beats."
+        "Forward speed, measured and predicted, and marker coordinates inside their 90 % bands. Both bands are of the "
+        "twin with its correction; the exported twin has none. Held-out trials: given the frequency and start of their "
+        "first two beats."
     )
     return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows, folded=True)
 

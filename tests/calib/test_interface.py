@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 import typer
 import xarray as xr
+from numpy.typing import ArrayLike
 
 import calib as front
 from calib import cli, interface
@@ -241,7 +243,8 @@ def test_a_swim_beyond_the_fitted_speeds_says_so(finished: Path) -> None:
     low, high = twin.fitted_hz
     found = twin.swim([0.9 * low, low, high, 1.1 * high], seconds=2.0)
     assert found.extrapolated.values.tolist() == [True, False, False, True]
-    assert not front.load_twin().swim(3.0, seconds=1.0).extrapolated.values.any()  # its coefficients are of no fit
+    fastest = front.load_twin().swim([2.5, 3.0], seconds=1.0)  # its coefficients are of no fit, its step was checked
+    assert fastest.extrapolated.values.tolist() == [False, True]
     with pytest.raises(front.InputError, match=r"faster than a tail is driven; found 16; .* at most 15"):
         twin.swim(16.0)
 
@@ -257,11 +260,26 @@ def test_a_twin_swims_as_the_fit_has_it(finished: Path) -> None:
     swim = twin.swim(0.8, seconds=3.0, parameters={twin.parameters[0]: [0.0, 0.001]})
     assert swim.position.dims == ("run", "time", "space", "keypoint")
     assert swim.speed[0] != swim.speed[1]
-    with pytest.raises(front.InputError, match="no such parameter"):
-        twin.swim(0.8, parameters={"nonsense": 1.0})
     for wrong in (0.0, -1.0, float("nan")):
         with pytest.raises(front.InputError, match="no frequency"):
             twin.swim([0.8, wrong])
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"nonsense": 1.0}, "no such parameter"),
+        ({"linear_drag.drag": -1.0}, "beyond what the effect may be; found -1.0; expected numbers from 0 to 10 N s/m"),
+        ({"linear_drag.drag": [0.0, float("nan")]}, "beyond what the effect may be"),
+        ({"linear_drag.drag": "much"}, "beyond what the effect may be"),
+        ({"linear_drag.drag": [0.0, 1.0, 2.0]}, "another number of values than of runs.*expected one value, or 2"),
+        ({"scale_error.relative": 0.1}, "changes what is filmed or commanded"),
+    ],
+)
+def test_a_swim_refuses_parameters_that_mean_nothing(parameters: Mapping[str, ArrayLike], message: str) -> None:
+    twin = front.load_twin(effects=["linear_drag", "scale_error"])
+    with pytest.raises(front.InputError, match=message):
+        twin.swim([0.8, 1.0], seconds=1.0, parameters=parameters)
 
 
 def test_a_swim_from_rest_lasts_until_its_speed_has_settled() -> None:

@@ -60,7 +60,7 @@ def linear(seed: int, error: float, gap: np.ndarray) -> LinearModel:
 
 
 @pytest.mark.parametrize("gap", [0.0, *later(15.0), 45.0])
-@pytest.mark.parametrize("error", [0.7, *later(1.4, 2.0)])
+@pytest.mark.parametrize("error", [0.3, 0.7, *later(1.4, 2.0)])
 def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
     found = average_hypotheses(error_sizes(linear(1, error, gap * DIRECTIONS[4]), catalogue()), catalogue(), Priors())
     assert found.linear.error == error
