@@ -356,9 +356,7 @@ def _tendons(fit: CrankFit) -> str:
     stretch = max(trial.tendons.stretch for trial in fit.trials)
     slack = max(trial.tendons.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
-    pulls = (
-        "" if stretch > _PULLS else " They never pull: springs that push move the tail, as no real tendon can."
-    )
+    pulls = "" if stretch > _PULLS else " They never pull: springs that push move the tail, as no real tendon can."
     return (
         f"The twin’s tendons stretch by up to {100 * stretch:.1f} % (published: about "
         f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "
