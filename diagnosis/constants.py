@@ -66,7 +66,8 @@ SCALES = {CALM: 0.1, 0.7: 0.27, 1.0: 0.4, 1.4: 0.16, 2.0: 0.07}
 """Prior probabilities of that size.
 
 As in base sessions of the benchmark, with larger and far smaller ones taken to be somewhat likelier than there. What
-all trials share of the error has its usual size, but for `CALM`.
+all trials share of the error has its usual size, but for `CALM`, beside which no unknown effect is weighed: with one a
+false name was sure.
 """
 LAUNCHES = {
     (0.0, 0.0): 0.4,

@@ -176,6 +176,12 @@ class HypothesisWeights(NamedTuple):
                 _weigh(hypotheses, logs, present)
         return cls(logs, _weigh_places(hypotheses, logs))
 
+    @property
+    def without_unknown(self) -> "HypothesisWeights":
+        """The weights of hypotheses without an unknown effect."""
+        logs = {key: log for key, log in self.logs.items() if not key.other}
+        return HypothesisWeights(logs, np.full(len(self.places), -np.inf))
+
 
 def posterior(parts: Sequence[tuple[float, HypothesisWeights]], hypotheses: Hypotheses) -> Probabilities:
     """Combine the weights under several assumptions into probabilities.
@@ -293,6 +299,8 @@ def average_hypotheses(
 ) -> AveragedHypotheses:
     """Weigh all hypotheses under every assumption.
 
+    An unknown effect beside a small error of the twin would be that error once more: there, effects explain all or not.
+
     Args:
         assumptions: the linearised model under each.
         signatures: what each effect does.
@@ -303,6 +311,7 @@ def average_hypotheses(
     for log_prior, here in assumptions:
         hypotheses = _hypotheses(here, signatures, priors, places)
         weighed = HypothesisWeights.of(hypotheses)
+        weighed = weighed.without_unknown if here.error == CALM else weighed
         assumed = log_prior + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
