@@ -157,12 +157,13 @@ class HypothesisWeights(NamedTuple):
     places: np.ndarray
 
     @classmethod
-    def of(cls, hypotheses: Hypotheses, most: int = MOST_EFFECTS) -> "HypothesisWeights":
+    def of(cls, hypotheses: Hypotheses, most: int = MOST_EFFECTS, *, unknown: bool = True) -> "HypothesisWeights":
         """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still.
 
         Args:
             hypotheses: what is weighed.
             most: largest number of effects in a set.
+            unknown: whether an unknown effect may act, too.
         """
         logs: dict[Hypothesis, float] = {}
         shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
@@ -174,13 +175,10 @@ class HypothesisWeights(NamedTuple):
         for size in range(3, most + 1):
             for present in _larger(logs, shows, size):
                 _weigh(hypotheses, logs, present)
+        if not unknown:
+            nowhere = np.full(len(hypotheses.places), -np.inf)
+            return cls({key: log for key, log in logs.items() if not key.other}, nowhere)
         return cls(logs, _weigh_places(hypotheses, logs))
-
-    @property
-    def without_unknown(self) -> "HypothesisWeights":
-        """The weights of hypotheses without an unknown effect."""
-        logs = {key: log for key, log in self.logs.items() if not key.other}
-        return HypothesisWeights(logs, np.full(len(self.places), -np.inf))
 
 
 def posterior(parts: Sequence[tuple[float, HypothesisWeights]], hypotheses: Hypotheses) -> Probabilities:
@@ -262,10 +260,17 @@ class AveragedHypotheses(NamedTuple):
 
 
 class Assumed(NamedTuple):
-    """A linearised model under one assumption on what is not known, and the log prior probability of that."""
+    """A linearised model under one assumption on what is not known.
+
+    Attributes:
+        log_prior: log prior probability of the assumption.
+        linear: the model.
+        unknown: whether an unknown effect may act besides; beside a small error of the twin it would be that error.
+    """
 
     log_prior: float
     linear: LinearModel
+    unknown: bool = True
 
 
 def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Priors = USUAL) -> tuple[Assumed, ...]:
@@ -283,7 +288,8 @@ def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Pr
     return tuple(
         Assumed(
             float(np.log(chance * LAUNCHES[launch])),
-            linear.with_error(size, CALM * common if size == CALM else common, launch),
+            linear.with_error(size, common * (CALM if size == CALM else 1.0), launch),
+            unknown=size != CALM,
         )
         for launch, weight in launches.items()
         if weight > least
@@ -299,8 +305,6 @@ def average_hypotheses(
 ) -> AveragedHypotheses:
     """Weigh all hypotheses under every assumption.
 
-    An unknown effect beside a small error of the twin would be that error once more: there, effects explain all or not.
-
     Args:
         assumptions: the linearised model under each.
         signatures: what each effect does.
@@ -308,10 +312,9 @@ def average_hypotheses(
         places: unknown effects at one place.
     """
     found = []
-    for log_prior, here in assumptions:
+    for log_prior, here, unknown in assumptions:
         hypotheses = _hypotheses(here, signatures, priors, places)
-        weighed = HypothesisWeights.of(hypotheses)
-        weighed = weighed.without_unknown if here.error == CALM else weighed
+        weighed = HypothesisWeights.of(hypotheses, unknown=unknown)
         assumed = log_prior + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from calib.results.result import TIME, Export
 from fitting.pool import forward_speed, head_frame
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
-from swimcal.effects.effect import MOVING_WAYS
+from swimcal.effects.effect import MOVING_WAYS, Effect, Parameter
 from swimcal.errors import Fault, InputError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients, add_scenery, build_mjcf, natural_hz
 from swimcal.results import write_whole
@@ -82,8 +82,13 @@ class SwimTwin:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the effects' parameters, as `swim` takes them, such as "tendon_slack.length"."""
+        return tuple(self._by_name)
+
+    @property
+    def _by_name(self) -> dict[str, tuple[Effect, Parameter]]:
+        """Parameters of the effects, each with its effect, by the name that `swim` takes."""
         effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
-        return tuple(f"{effect.name}.{parameter.name}" for effect in effects for parameter in effect.parameters)
+        return {f"{effect.name}.{each.name}": (effect, each) for effect in effects for each in effect.parameters}
 
     def swim(
         self,
@@ -157,16 +162,14 @@ class SwimTwin:
 
     def _check_parameters(self, parameters: Mapping[str, ArrayLike], runs: int) -> dict[str, np.ndarray]:
         """Convert each parameter to (n,) or (1,), for n runs; an `InputError` for what the effects do not have."""
-        effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
-        known = {f"{each.name}.{one.name}": (each, one) for each in effects for one in each.parameters}
-        found = {name: _numbers_of(value) for name, value in parameters.items()}
+        known, found = self._by_name, {name: _numbers_of(value) for name, value in parameters.items()}
         runs = max([runs, *map(len, found.values())]) if runs == 1 else runs
         faults = []
         for name, value in found.items():
             here = parameters[name]
             if name not in known:
                 what, expected = "no such parameter", "a parameter of the twin's effects"
-                faults.append(Fault("parameters", "", what, repr(name), expected, self.parameters))
+                faults.append(Fault("parameters", "", what, repr(name), expected, tuple(known)))
                 continue
             effect, parameter = known[name]
             if not set(effect.enters()) & {*MOVING_WAYS, "drive"}:
