@@ -40,7 +40,16 @@ from diagnosis.reference import Comparison
 from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.unknown_effects import stage_probabilities, unknown_effects
-from diagnosis.verdict import Refitting, Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
+from diagnosis.verdict import (
+    Refitting,
+    Validated,
+    Verdict,
+    backward_elimination,
+    log_evidence,
+    validated,
+    verdict_of,
+    without_refuted,
+)
 from diagnosis.where import GapComponent, VarianceDecomposition, decompose
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
@@ -173,6 +182,10 @@ def diagnose(
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.8)
     gap = swims.gap(best)
+    if gap.grows:
+        said = without_refuted(said, gap, weighed.hypotheses, refitting)
+        best = said.best
+        gap = swims.gap(best)
     tell("what to do next", 0.87)
     adequate = adequacy(weighed, best)
     unknown_at, unknown = _unknown(weighed) if adequate.p_value < ADEQUATE else ({}, {})

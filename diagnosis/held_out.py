@@ -235,26 +235,19 @@ class HeldOut:
         """
         if not self.swims:
             return GapSize()
-        linear, held_out, seed = self.linear, self.held_out, self.seed
-        residual = [held_out.residual]
+        linear, residual = self.linear, [self.held_out.residual]
         if best is not None:
-            residual.append(residual_with(held_out, best))
-        stands = _find_standing([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
-        if not stands.all():
-            standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
-            return HeldOut(linear, standing, seed).gap(best, as_fitted=as_fitted)
-        after, scored = self._plain, None
-        otherwise = None
+            residual.append(residual_with(self.held_out, best))
+        stands = self._standing(residual)
+        if len(stands) < len(self.swims):
+            return replace(self, swims=stands).gap(best, as_fitted=as_fitted)
+        after, skill, without = self._plain, skill_score(self._whitened_plain, None, self._trial_of), None
         if best is not None:
             after = tuple(forecast_scores(linear, self.swims, best.effects, best.at, best.values))
-            scored = held_out.whitened_swims(residual[1])
-            if not as_fitted:
-                drawn = (
-                    held_out.residual_drawn(linear, _DRAWS, seed),
-                    residual_drawn(held_out, best, residual[1], _DRAWS, seed),
-                )
-                otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
-        skill = skill_score(self._whitened_plain, scored, self._trial_of, seed, otherwise)
+            plain, scored, *drawn = self._whitened(best, residual[1])
+            either = (None, None) if as_fitted else ((drawn[0], drawn[1]), (drawn[1], drawn[0]))
+            skill = skill_score(plain, scored, self._trial_of, self.seed, either[0])
+            without = skill_score(scored, plain, self._trial_of, self.seed, either[1]).interval
         hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
@@ -264,12 +257,33 @@ class HeldOut:
             noise_floor_mm=_PER_M * self._noise_floor_m,
             shrinkage=np.nan if skill.value is None else skill.value,
             shrinkage_ci95=skill.interval,
+            grows=without is not None and without[0] > 0,
             squares_before=skill.plain,
             squares_after=skill.with_effects,
             speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in baselines.items()},
             frequency_mae_before=_mae(hertz[1], hertz[0]),
             frequency_mae_after=_mae(hertz[2], hertz[0]),
             trials={each[0].name: _swim(*each) for each in swims},
+        )
+
+    def _standing(self, residual: Sequence[np.ndarray]) -> tuple[MeasuredTrial, ...]:
+        """Return the swims on which no twin diverged, from the residuals (k,) of each."""
+        features = len(self.held_out.model.measured)
+        stands = _find_standing([row[:features] for row in residual], len(self.swims))
+        return tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
+
+    def _whitened(self, best: Refit, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return whitened residuals (q,) without and with the effects, and draws (d, q) of each as it might be."""
+        held_out, plain = self.held_out, self._whitened_plain
+        drawn = (
+            held_out.residual_drawn(self.linear, _DRAWS, self.seed),
+            residual_drawn(held_out, best, residual, _DRAWS, self.seed),
+        )
+        return (
+            plain,
+            held_out.whitened_swims(residual),
+            held_out.whitened_swims(drawn[0]),
+            held_out.whitened_swims(drawn[1]),
         )
 
     @cached_property

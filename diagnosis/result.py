@@ -95,6 +95,8 @@ class GapSize:
         shrinkage, shrinkage_ci95: skill score S, the share of the squared whitened residual that the effects remove,
             with its 95 % interval, all of them from the plain twin, whose hinges are as described; null where that
             leaves no more than noise.
+        grows: whether the effects surely make the gap larger: the plain twin has a skill over the one with them, whose
+            95 % interval lies wholly above 0.
         squares_before, squares_after: mean squared whitened residual of the plain twin and of the one with effects.
         trials: every trial by its name.
     """
@@ -107,6 +109,7 @@ class GapSize:
     noise_floor_mm: float = float("nan")
     shrinkage: float = float("nan")
     shrinkage_ci95: tuple[float, float] | None = None
+    grows: bool = False
     squares_before: float = float("nan")
     squares_after: float = float("nan")
     speed_mae_baselines: Mapping[str, float] = field(default_factory=dict)
@@ -319,16 +322,19 @@ class Place:
 
 @dataclass(frozen=True)
 class WithdrawnEffects:
-    """Effects that cross-validation withdrew: with them, fit trials are forecast worse from one another.
+    """Effects that forecasts withdrew: with them, trials are forecast worse.
 
     Attributes:
         effects: names.
-        shrinkage, shrinkage_ci95: skill score S of the cross-validation with its 95 % interval, wholly below 0.
+        shrinkage, shrinkage_ci95: skill score S of the cross-validation with its 95 % interval, wholly below 0; null
+            where held-out trials withdrew them.
+        held_out_mm: mean marker distance on held-out trials without and with them, where these withdrew them.
     """
 
     effects: tuple[str, ...]
-    shrinkage: float
-    shrinkage_ci95: tuple[float, float]
+    shrinkage: float = float("nan")
+    shrinkage_ci95: tuple[float, float] | None = None
+    held_out_mm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -353,7 +359,7 @@ class Evidence:
         squares, numbers: squared whitened residual of the fitted plain twin, and how many numbers it is the sum of.
         sets: sets of effects with their probabilities, the likeliest first.
         elsewhere: places where an unknown effect may act, the likeliest first.
-        refuted: effects that cross-validation withdrew.
+        refuted: effects that cross-validation or held-out trials withdrew.
         cross_validation: cross-validation of the named effects.
     """
 

@@ -167,9 +167,14 @@ def _describe_withdrawn(data: DiagnosisResult) -> str:
     """Name the effects that were withdrawn, and why; an empty text if there are none."""
     withdrawn = []
     for each in data.evidence.refuted:
+        names = " or ".join(map(plain, each.effects))
+        if each.held_out_mm is not None:
+            before, after = (f"{mm:.1f}" for mm in each.held_out_mm)
+            withdrawn.append(f"{names}, but with that held-out swims are forecast worse ({before} to {after} mm)")
+            continue
+        assert each.shrinkage_ci95 is not None
         low, high = each.shrinkage_ci95
         grows = f"their gap grows by {-100 * each.shrinkage:.0f} %, {-100 * high:.0f} % to {-100 * low:.0f} %"
-        names = " or ".join(map(plain, each.effects))
         withdrawn.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
     return ", nor ".join(withdrawn)
 

@@ -6,7 +6,8 @@ each must improve the real simulation, not only the linear model; the weakest is
 enough to be named (Laplace's approximation of the evidence; MacKay 2003, chapter 28). `validated`, leave-one-trial-out
 cross-validation: each fitted swim trial is forecast by twins that are refitted to all other data, linear about the fit
 to all; where the whole 95 % interval of the skill lies below zero, the least probable effect is withdrawn. Held-out
-trials are not looked at: they are opened once, to score.
+trials are opened once, to score. They never choose a name; one that makes their forecasts surely worse is withdrawn
+(`without_refuted`).
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -34,7 +35,7 @@ from diagnosis.held_out import SkillScore, skill_score
 from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
-from diagnosis.result import VerdictName, WithdrawnEffects
+from diagnosis.result import GapSize, VerdictName, WithdrawnEffects
 from swimcal.effects.effect import Effect
 
 Refitting = Callable[[Sequence[str]], Refit]
@@ -256,6 +257,26 @@ def refutable(skill: SkillScore, best: Refit, hypotheses: Hypotheses) -> tuple[s
     if skill.interval is None or skill.interval[1] >= 0:
         return ()
     return tuple(effect.name for effect in best.effects if hypotheses.shows_in_features(effect.name))
+
+
+def without_refuted(found: Validated, gap: GapSize, hypotheses: Hypotheses, refitting: Refitting) -> Validated:
+    """Withdraw names with which trials that nothing was fitted to are surely forecast worse.
+
+    Effects that change frequencies stay, as in cross-validation: the skill leaves these out.
+
+    Args:
+        found: the verdict of the fitted trials.
+        gap: errors on the held-out trials, which grow with these names.
+        hypotheses: the hypotheses of the session.
+        refitting: refits the twin with named effects.
+    """
+    names = tuple(name for name in found.verdict.first if hypotheses.shows_in_features(name))
+    if not names:
+        return found
+    verdict = found.verdict.without(names, found.probabilities)
+    withdrawn = WithdrawnEffects(names, held_out_mm=(gap.baseline_mm, gap.with_effects_mm))
+    best = refitting(verdict.first) if verdict.first else None
+    return Validated(verdict, found.probabilities, best, None, (*found.refutations, withdrawn))
 
 
 def left_out(linear: LinearModel, fit: Refit) -> np.ndarray:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 _LONGEST = 120  # characters of a value in a message
-_FORM = 30  # version of the files and of the computation
+_FORM = 31  # version of the files and of the computation
 
 
 Found = TypeVar("Found")

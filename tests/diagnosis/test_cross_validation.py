@@ -12,7 +12,8 @@ from diagnosis.held_out import SkillScore
 from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit, refit_from
-from diagnosis.verdict import Validated, Verdict, left_out, refutable, validated
+from diagnosis.result import GapSize
+from diagnosis.verdict import Validated, Verdict, left_out, refutable, validated, without_refuted
 from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import linear
 from tests.diagnosis.rows import DIRECTIONS, K, hypotheses, made, signature
@@ -81,3 +82,19 @@ def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
     assert found.of[unknown] == pytest.approx(0.2 + 1.0 / 3)
     assert found.of[Hypothesis((1,))] == pytest.approx(0.2)
     assert sum(found.of.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("groups", "stays"), [((("slack",),), ()), ((("slack",), ("gear",)), ("gear",)), ((("gear",),), ("gear",))]
+)
+def test_what_held_out_swims_refute_is_withdrawn_but_not_what_changes_frequencies(
+    weighed: Hypotheses, groups: tuple[tuple[str, ...], ...], stays: tuple[str, ...]
+) -> None:
+    chances = Probabilities(("slack", "gear"), {Hypothesis((0, 1)): 0.97, Hypothesis((1,)): 0.03})
+    before = Validated(Verdict("named", groups), chances, refitted(*(group[0] for group in groups)))
+    found = without_refuted(before, GapSize(2.2, 4.2, grows=True), weighed, lambda names: refitted(*names))
+    assert found.verdict.effects == stays
+    assert found.verdict.name == ("named" if stays else "unexplained")
+    assert (() if found.best is None else tuple(effect.name for effect in found.best.effects)) == stays
+    withdrawn = [(each.effects, each.held_out_mm) for each in found.refutations]
+    assert withdrawn == ([] if groups == (("gear",),) else [(("slack",), (2.2, 4.2))])

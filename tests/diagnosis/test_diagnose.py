@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from diagnosis.diagnose import Diagnosis, Settings, WeighedEffects, _not_followed, diagnose, weigh_effects
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
+from diagnosis.held_out import HeldOut
 from diagnosis.linear_model import SessionData
 from diagnosis.refit import Refit, refit_from
 from diagnosis.result import DIAGNOSIS, parameters_of
@@ -134,6 +135,17 @@ def test_swims_that_the_found_effects_explain_are_no_longer_doubted(current_m_s:
     values[0] = current_m_s
     told = replace(Refit.plain(linear()), effects=(current,), values=values)
     assert _not_followed(linear(), told) == lost
+
+
+@pytest.mark.parametrize(("arm", "grows"), [(ARM, False), (-2 * ARM, True)])
+def test_effects_with_which_held_out_swims_are_surely_forecast_worse_are_told(arm: float, grows: bool) -> None:
+    effects = (catalogue()["crank_arm_error"],)
+    fitted = replace(
+        Refit.plain(linear("shorter")), effects=effects, values=np.array([arm]), covariance=np.eye(6) * 1e-8
+    )
+    gap = HeldOut(linear("shorter"), (trials()[0].with_role("holdout"),), 0).gap(fitted)
+    assert gap.grows == grows
+    assert (gap.squares_after > gap.squares_before) == grows
 
 
 def supposed(*names: str) -> WeighedEffects:

@@ -101,6 +101,9 @@ def test_names_that_trials_left_out_speak_against_are_told_as_that(verdict: str,
     told = made_diagnosed(verdict, evidence={"refuted": [against]})
     why = "but with that fitted swims are forecast worse from the others (their gap grows by 80 %, 10 % to 160 %)"
     assert f"{before} fluid memory or wave drag, {why}" in which(told)
+    told = made_diagnosed(verdict, evidence={"refuted": [{"effects": ["wave_drag"], "held_out_mm": [2.2, 4.21]}]})
+    why = "but with that held-out swims are forecast worse (2.2 to 4.2 mm)"
+    assert f"{before} wave drag, {why}" in which(told)
 
 
 @pytest.mark.parametrize(("interval", "warns"), [([-0.1, 0.3], True), ([0.05, 0.3], False), (None, True)])
