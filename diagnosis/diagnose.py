@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from diagnosis.change import weigh_refits
 from diagnosis.constants import (
     ADEQUATE,
+    CALM,
     ENOUGH,
     FORM_ERROR,
     FORM_ERROR_OF_CHANGE,
@@ -92,6 +93,7 @@ class WeighedEvidence(NamedTuple):
         hypotheses: all hypotheses of the residual.
         probabilities: their probabilities.
         decays_left_out: names of free decays that do not count, and why.
+        assumptions: the linearised model under all that was assumed.
         reference: what it is compared with; None without a reference session.
     """
 
@@ -102,7 +104,25 @@ class WeighedEvidence(NamedTuple):
     hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
+    assumptions: tuple[Assumed, ...] = ()
     reference: ComparedWith | None = None
+
+    @property
+    def is_calm(self) -> bool:
+        """Whether the likeliest error of the twin is so small that no unknown effect was weighed beside it."""
+        return self.reference is None and self.linear.error < CALM
+
+    def without_calm(self, priors: Priors) -> "WeighedEvidence":
+        """Return the evidence where the twin's own error has its usual size, beside which unknown effects may act.
+
+        Args:
+            priors: prior probabilities.
+        """
+        usual = tuple(each for each in self.assumptions if each.linear.error >= CALM)
+        found = average_hypotheses(usual, self.signatures, priors, self.elsewhere)
+        return self._replace(
+            linear=found.linear, hypotheses=found.hypotheses, probabilities=found.probabilities, assumptions=usual
+        )
 
     @property
     def placed(self) -> Sequence[LocalDiscrepancy]:
@@ -171,6 +191,9 @@ def diagnose(
 
     naming = _name_effects if data.reference is None else _name_change
     said = naming(weighed, refitting, settings, len(effects))
+    if said.verdict.name == "unexplained" and weighed.is_calm:  # only effects of the catalogue were weighed
+        weighed = weighed.without_calm(settings.priors)
+        said = naming(weighed, refitting, settings, len(effects))
     doubted = data.doubted
     if doubted and said.verdict.effects:
         if said.best is not None and data.reference is None:
@@ -268,8 +291,16 @@ def _weighed(
     tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
     found = average_hypotheses(assumptions, signatures, priors, elsewhere)
-    left_out = data.rings.left_out
-    return WeighedEvidence(found.linear, signatures, forces, elsewhere, found.hypotheses, found.probabilities, left_out)
+    return WeighedEvidence(
+        found.linear,
+        signatures,
+        forces,
+        elsewhere,
+        found.hypotheses,
+        found.probabilities,
+        data.rings.left_out,
+        tuple(assumptions),
+    )
 
 
 def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Settings, effects: int) -> Validated:

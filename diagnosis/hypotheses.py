@@ -288,8 +288,8 @@ def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Pr
     return tuple(
         Assumed(
             float(np.log(chance * LAUNCHES[launch])),
-            linear.with_error(size, common * (CALM if size == CALM else 1.0), launch),
-            unknown=size != CALM,
+            linear.with_error(size, common * (size if size == min(SCALES) else 1.0), launch),
+            unknown=size >= CALM,
         )
         for launch, weight in launches.items()
         if weight > least

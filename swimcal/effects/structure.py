@@ -139,24 +139,37 @@ class BendOffset(TailEffect):
 
 
 class MassDistribution(TailEffect):
-    """A `share` of the head's mass is spread as the tail's own, and a share `on_fin` is on the fin; the total stays."""
+    """A `share` of the head's mass is spread as the tail's own, others sit on the last segment and on the fin.
+
+    The total stays. Lumps anywhere near the tip are a mixture of the last two.
+    """
 
     name = "mass_distribution"
     physics = "Glue, guides, markers and lines weigh on the tail what was weighed of the whole robot alone."
     source = "Newton's second law; the tail's mass follows from volumes and densities, 75 g of 1.48 kg."
-    parameters = (Parameter("share", "1", 0.0, 0.1, 0.01), Parameter("on_fin", "1", 0.0, 0.05, 0.005))
+    parameters = (
+        Parameter("share", "1", 0.0, 0.1, 0.01),
+        Parameter("on_last_segment", "1", 0.0, 0.05, 0.005),
+        Parameter("on_fin", "1", 0.0, 0.05, 0.005),
+    )
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """Return the robot with lighter parts in the head, a denser tail and a heavier fin."""
-        share, on_fin = map(float, values)
+        share, _, on_fin = map(float, values)
         if not values.any():
             return robot
         head_kg = sum(part.mass_kg for part in robot.head.part)
         heavier = 1 + share * head_kg / float(robot.tail_mass_kg.sum())
-        left = 1 - share - on_fin
+        left = 1 - float(values.sum())
         part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * left}) for p in robot.head.part)
         moved = robot.changed(head={"part": part}).with_tail_mass_times(heavier)
         return moved.changed(caudal_fin={"mass_kg": moved.caudal_fin.mass_kg + on_fin * head_kg})
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Make the plate of the last segment heavier by what the head has lost to it."""
+        if values[1]:
+            head_kg = sum(part.mass_kg for part in robot.head.part) / (1 - float(values.sum()))
+            spec.geom(f"{robot.hinges[-1]}_plate").mass += float(values[1]) * head_kg
 
 
 class EntrainedWater(TailEffect):

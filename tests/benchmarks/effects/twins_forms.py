@@ -189,19 +189,21 @@ class Bend(Mechanism):
 
 
 class TailMass(Mechanism):
-    """Spread as the tail's own, and in the middle of the fin."""
+    """Spread as the tail's own, on the last segment, and in the middle of the fin."""
 
     share: float
+    on_last: float
     on_fin: float
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         kg = parameters.link_mass_kg[0]
         heavier = np.full(len(kg), 1 + self.share * kg[0] / kg[1:].sum())
-        heavier[0] = 1 - self.share - self.on_fin
-        fin, robot = np.array([layout.hinges]), layout.robot
-        place_m = robot.fin_root_x_m + robot.caudal_fin.centre_m - layout.origin_m[-1]
-        on_fin = layout.on_links(fin, self.on_fin * kg[:1], np.array([place_m]))
-        return parameters.reweighed(heavier, on_fin)
+        heavier[0] = 1 - self.share - self.on_last - self.on_fin
+        last, robot = np.array([layout.hinges] * 2), layout.robot
+        fin_m = robot.fin_root_x_m + robot.caudal_fin.centre_m - layout.origin_m[-1]
+        plate_m = (robot.fin_root_x_m - layout.origin_m[-1]) / 2
+        lumps = layout.on_links(last, np.array([self.on_last, self.on_fin]) * kg[0], np.array([plate_m, fin_m]))
+        return parameters.reweighed(heavier, lumps)
 
 
 class OneWake(Mechanism):
@@ -305,7 +307,7 @@ TWINS_FORMS: Mapping[str, TwinsForm] = {
     "joint_damping": TwinsForm(Damping, (0.3,)),
     "joint_friction": TwinsForm(HingeFriction, (0.03,)),
     "bend_offset": TwinsForm(Bend, (0.03,)),
-    "mass_distribution": TwinsForm(TailMass, (0.01, 0.005)),
+    "mass_distribution": TwinsForm(TailMass, (0.01, 0.005, 0.005)),
     "entrained_water": TwinsForm(lambda thickness_m: EntrainedWater(thickness_m, 0.0), (0.002,)),
     "added_mass_reaction": TwinsForm(AddedMassReaction, (0.2,)),
     "segment_coefficients": TwinsForm(_segments, (0.3, 0.3)),

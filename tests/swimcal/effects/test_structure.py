@@ -52,7 +52,7 @@ def test_stiffer_hinges_raise_the_frequency_by_the_square_root() -> None:
 
 
 def test_mass_moved_to_the_tail_keeps_the_total_and_lowers_the_frequency_by_the_square_root() -> None:
-    plain, other = plain_model(FINE), model_with(MASS, [0.02, 0.0], FINE)
+    plain, other = plain_model(FINE), model_with(MASS, [0.02, 0.0, 0.0], FINE)
     assert other.body_mass.sum() == pytest.approx(plain.body_mass.sum(), rel=1e-12)
     tail = [plain.body(name).id for name in FISH.hinges]
     heavier = other.body_mass[tail] / plain.body_mass[tail]
@@ -61,14 +61,17 @@ def test_mass_moved_to_the_tail_keeps_the_total_and_lowers_the_frequency_by_the_
     assert undamped_hz(other) / undamped_hz(plain) == pytest.approx(heavier[0] ** -0.5, rel=0.01)
 
 
-def test_mass_moved_to_the_fin_is_on_the_last_link_alone_and_keeps_the_total() -> None:
-    plain, other = plain_model(FINE), model_with(MASS, [0.0, 0.01], FINE)
+@pytest.mark.parametrize(
+    ("shares", "geom"), [([0.0, 0.01, 0.0], f"{FISH.hinges[-1]}_plate"), ([0.0, 0.0, 0.01], "caudal_fin")]
+)
+def test_mass_moved_to_the_tip_is_on_the_last_link_alone_and_keeps_the_total(shares: list[float], geom: str) -> None:
+    plain, other = plain_model(FINE), model_with(MASS, shares, FINE)
     assert other.body_mass.sum() == pytest.approx(plain.body_mass.sum(), rel=1e-12)
     tail = [plain.body(name).id for name in FISH.hinges]
     moved = 0.01 * sum(part.mass_kg for part in FISH.head.part)
     np.testing.assert_allclose(other.body_mass[tail] - plain.body_mass[tail], moved * LAST, atol=1e-12)
-    fin = plain.geom("caudal_fin").pos[0]
-    nearer = (fin - other.body_ipos[tail[-1], 0]) / (fin - plain.body_ipos[tail[-1], 0])
+    at = plain.geom(geom).pos[0]
+    nearer = (at - other.body_ipos[tail[-1], 0]) / (at - plain.body_ipos[tail[-1], 0])
     assert nearer == pytest.approx(plain.body_mass[tail[-1]] / other.body_mass[tail[-1]], rel=1e-9)
 
 
