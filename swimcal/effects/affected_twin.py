@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self, TypeVar
+from typing import Self, TypeVar
 
 import mujoco
 import numpy as np
@@ -60,7 +60,8 @@ class AffectedTwin(Twin):
         self.plain = twin
         self.effects = tuple(effect.suited(twin.robot, twin.markers) for effect in effects)
         ends = np.cumsum([0, *(len(effect.parameters) for effect in self.effects)])
-        self._own = [_EffectColumns(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
+        # Each effect with the columns of its parameters among all values.
+        self._own = [(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
         self.size = int(ends[-1])  # number of values
 
     def at_step(self, timestep_s: float) -> "AffectedTwin":
@@ -333,13 +334,6 @@ class AffectedTwin(Twin):
         if values.shape != (len(runs), self.size):
             raise ValueError(f"values: found shape {values.shape}, expected {(len(runs), self.size)}")
         return values
-
-
-class _EffectColumns(NamedTuple):
-    """An effect and the columns of its parameters among all values."""
-
-    effect: Effect
-    columns: slice
 
 
 def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:
