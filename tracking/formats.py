@@ -189,8 +189,6 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
     Raises:
         InputError: every fault of the file at once.
     """
-    import xarray as xr
-
     faults = FaultCollector(str(path))
     try:
         with xr.open_dataset(path, engine=engine, decode_times=False) as data:
