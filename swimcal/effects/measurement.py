@@ -9,14 +9,6 @@ from swimcal.effects.effect import Drive, Effect, Observation, Parameter
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session_file import HEAD_MARKERS
 
-# `HeadFrameMisalignment`.
-_MAX_HEAD_OFFSET_M = 0.03
-_HEAD_OFFSET_SD_M = 0.003
-
-# `CameraParallax`.
-_MAX_NEARER = 0.1
-_NEARER_SD = 0.01
-
 
 class CameraEffect(Effect):
     """Effect of camera, markers or tracker; every kind of trial shows it."""
@@ -36,11 +28,9 @@ class HeadFrameMisalignment(CameraEffect):
     name = "head_frame_misalignment"
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
-    parameters = (
-        Parameter("nose_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("neck_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("nose_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("neck_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
+    parameters = tuple(
+        Parameter(name, "m", -0.03, 0.03, 0.003)
+        for name in ("nose_across", "neck_across", "nose_in_picture", "neck_in_picture")
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -84,8 +74,8 @@ class CameraParallax(CameraEffect):
     source = "Pinhole camera (Hartley and Zisserman, Multiple View Geometry, section 6.1)."
     parameters = (
         Parameter("inverse_height", "1/m", 0.0, 2.0, 0.4),
-        Parameter("nose_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
-        Parameter("neck_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
+        Parameter("nose_nearer", "1", -0.1, 0.1, 0.01),
+        Parameter("neck_nearer", "1", -0.1, 0.1, 0.01),
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
