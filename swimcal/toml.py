@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar, Union, get_args, get_
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
+from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean, shown
 from swimcal.tables import read_text
 
 Key = tuple[str | int, ...]
@@ -313,11 +313,10 @@ def key_error(
 
 
 def _parse(file: str, text: str) -> dict[str, Any]:
-    faults = FaultCollector(file)
     try:
         return tomllib.loads(text)
     except RecursionError:
-        faults.add("", "nested too deeply", expected="TOML")
+        fault = Fault(file, "", "nested too deeply", expected="TOML")
     except ValueError as error:  # tomllib.TOMLDecodeError, and numbers of thousands of digits
         message, _, place = str(error).partition(" (at ")
         line = re.match(r"line (\d+)", place)
@@ -326,9 +325,8 @@ def _parse(file: str, text: str) -> dict[str, Any]:
         found, step = message[:1].lower() + message[1:], ""
         if "\\" in message or "escape" in message.lower() or "hex value" in message.lower():
             step = "A backslash begins an escape: write paths with forward slashes, or in single quotes."
-        faults.add(where, "not valid TOML", found=found, expected="TOML, https://toml.io", next_step=step)
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+        fault = Fault(file, where, "not valid TOML", found, "TOML, https://toml.io", next_step=step)
+    raise InputError([fault])
 
 
 def _as_tuples(value: Any) -> Any:

@@ -68,7 +68,7 @@ def refuse_space(markers: Sequence[str], faults: FaultCollector) -> None:
     faults.raise_if_any()
 
 
-def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
+def even_times(time_s: np.ndarray, fps: float | None, file: str) -> np.ndarray:
     """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
 
     Frames that are left out stay out.
@@ -76,10 +76,10 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     Args:
         time_s: (n,) times, s.
         fps: the frame rate, where it is known.
-        faults: takes the faults.
+        file: the name of the file for messages.
 
     Raises:
-        InputError: coarse times that are those of no even clock, and no `fps`, with the faults that were there before.
+        InputError: coarse times that are those of no even clock, and no `fps`.
     """
     step_s, rounded_s = float(np.median(np.diff(time_s))), _rounding(time_s)
     if rounded_s < COARSE * step_s:
@@ -100,10 +100,8 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     if fps is not None:
         return time_s
     found = f"steps of {np.diff(time_s).min():.4g} to {np.diff(time_s).max():.4g} s, rounded to {rounded_s:g} s"
-    expected, step = "an even clock, or finer times", "Give the frame rate of the camera: add `--fps 60`."
-    faults.add("", "the times are too coarse to tell the frame rate", found=found, expected=expected, next_step=step)
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+    what, step = "the times are too coarse to tell the frame rate", "Give the frame rate of the camera: add `--fps 60`."
+    raise InputError([Fault(file, "", what, found, "an even clock, or finer times", next_step=step)])
 
 
 def _rounding(time_s: np.ndarray) -> float:
@@ -275,7 +273,7 @@ class ForeignTracks:
         belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
         self._check(markers, time_s, position, belief, faults)
         if self.time_s is not None:
-            time_s = even_times(time_s, fps, faults)
+            time_s = even_times(time_s, fps, faults.file)
         return as_tracks(tuple(markers), time_s, position, belief)
 
     def _check(

@@ -186,13 +186,12 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
     Raises:
         InputError: every fault of the file at once.
     """
-    faults = FaultCollector(str(path))
     try:
         with xr.open_dataset(path, engine=engine, decode_times=False) as data:
             data.load()
     except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        faults.add("", "the file cannot be read", found=str(error), expected="a whole netCDF file")
-    faults.raise_if_any()
+        fault = Fault(str(path), "", "the file cannot be read", str(error), "a whole netCDF file")
+        raise InputError([fault]) from error
     return from_movement(data, str(path))
 
 
