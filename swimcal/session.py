@@ -25,7 +25,6 @@ from swimcal.session_file import (
     HEAD_MARKERS,
     TRIAL_FILES,
     CameraSpec,
-    DescribedRobot,
     SessionFile,
     TrialKind,
     TrialRole,
@@ -42,18 +41,17 @@ from swimcal.session_file import (
     trials_in,
     usual_spacing_s,
 )
-from swimcal.toml import TomlSource, read_toml
+from swimcal.toml import TomlSource
 from swimcal.tracks import NO_NAMES, load_tracks, markers_of, pixels_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from swimcal.robot import RobotSpec
+
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX = ".motor.csv"
 COMMANDS_SUFFIX = ".commands.csv"
-
-RobotOf = Callable[[Path | None], DescribedRobot]
-"""A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
 
 # A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
 _CLEAR = 0.5
@@ -205,13 +203,18 @@ class Session:
 
 
 def load_session(
-    folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True, needs_commands: bool = True
+    folder: Path,
+    robot_of: Callable[[Path | None], RobotSpec] | None = None,
+    *,
+    check_tracks: bool = True,
+    needs_commands: bool = True,
 ) -> Session:
     """Read and check a session folder; nothing is written.
 
     Args:
         folder: the folder with the `session.toml`.
-        robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
+        robot_of: reads the robot in a file, or the built-in robot for None, and may raise `InputError`; the robot's
+            markers and scale length are compared with those of the session.
         check_tracks: also read every track file and motor log.
         needs_commands: whether a driven trial must have its `commanded_hz`, which tracking does not need.
 
@@ -223,8 +226,8 @@ def load_session(
     content = source.validate(SessionFile, faults)
     check_files(source, folder, faults)
     check_trials(source, faults, needs_commands)
-    robot = _robot(source, folder, robot_of, faults)
-    check_markers(source, None if robot is None else tuple(robot.markers), faults)
+    robot = _robot(source, folder, robot_of, faults) if robot_of else None
+    check_markers(source, robot, faults)
     check_scale(source, robot, faults)
     camera = _camera(content, folder, faults) if content else None
     if check_tracks:
@@ -245,13 +248,15 @@ def _read_session_file(folder: Path) -> TomlSource:
     if not is_file(path):
         expected, step = f"a session folder with a {SESSION_FILE}", "Make one with `calib new`."
         raise InputError([Fault(str(folder), "", f"no {SESSION_FILE} here", "", expected, next_step=step)])
-    return read_toml(path)
+    return TomlSource(path)
 
 
-def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
-    robot, named = source.data.get("robot", {}), "robot" in source.data
+def _robot(
+    source: TomlSource, folder: Path, robot_of: Callable[[Path | None], RobotSpec], faults: FaultCollector
+) -> RobotSpec | None:
+    robot = source.data.get("robot", {})
     file = _find_file(folder, robot.get("file")) if isinstance(robot, dict) else None
-    if robot_of is None or (named and file is None):
+    if "robot" in source.data and file is None:
         return None
     with faults.nested():
         return robot_of(file)
@@ -269,11 +274,7 @@ def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> Camer
 
 
 def _check_recordings(
-    source: TomlSource,
-    content: SessionFile | None,
-    folder: Path,
-    robot: DescribedRobot | None,
-    faults: FaultCollector,
+    source: TomlSource, content: SessionFile | None, folder: Path, robot: RobotSpec | None, faults: FaultCollector
 ) -> None:
     """Read the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
     markers, stamps = markers_in(source), {}

@@ -10,16 +10,19 @@ as read and passes over values of the wrong type, so that all faults of the file
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, StringConstraints
 
 from swimcal.errors import FaultCollector, did_you_mean, shown
 from swimcal.toml import Key, TomlSource, TomlTable, key_error, load_toml
+
+if TYPE_CHECKING:
+    from swimcal.robot import RobotSpec
 
 # The camera.
 Positive = Annotated[float, Field(gt=0)]
@@ -180,25 +183,6 @@ class SessionFile(TomlTable):
 # The checks.
 
 
-class DescribedRobot(Protocol):
-    """The description of a robot that a session is compared with."""
-
-    @property
-    def name(self) -> str:
-        """The robot's name."""
-
-    @property
-    def markers(self) -> Collection[str]:
-        """Names of all markers of the robot."""
-
-    @property
-    def scale_length_m(self) -> float:
-        """Distance from nose to neck, m."""
-
-    def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
-        """Return the (m, 3) places of the named markers on the straight robot, m."""
-
-
 def markers_in(source: TomlSource) -> tuple[str, ...]:
     """Return the marker names of the file that are text."""
     names = _table(source.data, "markers").get("names")
@@ -250,7 +234,7 @@ def check_trials(source: TomlSource, faults: FaultCollector, needs_commands: boo
             faults.add(source.where((*key, "commanded_hz")), "key is missing", expected=expected)
 
 
-def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultCollector) -> None:
+def check_scale(source: TomlSource, robot: RobotSpec | None, faults: FaultCollector) -> None:
     """Check that the scale length is about that of the robot; smaller differences become flags of the trials."""
     scale = _table(source.data, "camera").get("scale_length_m")
     if robot is None or not isinstance(scale, (int, float)) or not 0 < scale < float("inf"):
@@ -306,7 +290,7 @@ def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
     return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 
-def check_markers(source: TomlSource, robot: Collection[str] | None, faults: FaultCollector) -> None:
+def check_markers(source: TomlSource, robot: RobotSpec | None, faults: FaultCollector) -> None:
     """Check that marker names differ, include the head markers, and belong to the robot, where it is known."""
     names = markers_in(source)
     if not names:
@@ -317,10 +301,10 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
         expected = "nose and neck among the markers: they make the head frame"
         faults.add(source.where(("markers", "names")), f"marker {marker!r} is missing", expected=expected)
     for key, name in zip(keys, names, strict=True):
-        if robot is not None and name not in robot:
-            what, expected = "a marker that the robot does not have", "markers of the robot"
-            hint = did_you_mean(name, robot)
-            faults.add(source.where(key), what, found=shown(name), expected=expected, choices=robot, next_step=hint)
+        if robot is not None and name not in robot.markers:
+            what, expected, known = "a marker that the robot does not have", "markers of the robot", robot.markers
+            hint = did_you_mean(name, known)
+            faults.add(source.where(key), what, found=shown(name), expected=expected, choices=known, next_step=hint)
 
 
 def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: FaultCollector) -> None:

@@ -145,18 +145,15 @@ class Stage:
         raise ValueError(f"{self.file} is not in a session's results folder")
 
 
-def fingerprint_of(
-    inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[str] = (), program: str | None = None
-) -> str:
-    """Compute a hash over everything that results depend on; the order does not matter.
+def fingerprint_of(inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[str] = ()) -> str:
+    """Compute a hash over everything that results depend on, this version too; the order does not matter.
 
     Args:
         inputs: the sha256 of each input file by its name.
         settings: everything else that steers the stage.
         after: fingerprints of what it builds on.
-        program: version of the program; default: this one.
     """
-    parts = [inputs, settings, sorted(after), program or program_version()]
+    parts = [inputs, settings, sorted(after), program_version()]
     return hashlib.sha256(json.dumps(plain_json(parts), sort_keys=True).encode()).hexdigest()
 
 

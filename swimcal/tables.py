@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from swimcal.errors import SHOWN_PER_KIND, Fault, FaultCollector, did_you_mean, shown
+from swimcal.errors import SHOWN_PER_KIND, Fault, FaultCollector, InputError, did_you_mean, shown
 from swimcal.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
@@ -59,28 +59,26 @@ def read_text(path: Path) -> str:
     Raises:
         InputError: not there, not readable, damaged, or not UTF-8.
     """
-    faults = FaultCollector(str(path))
     try:
         data = path.read_bytes()
         if data.startswith(GZIP_MAGIC):
             data = gzip.decompress(data)
         return data.decode("utf-8-sig")
     except FileNotFoundError:
-        faults.add("", "the file is not there", expected="a readable file")
+        fault = Fault(str(path), "", "the file is not there", expected="a readable file")
     except IsADirectoryError:
-        faults.add("", "this is a folder", expected="a file")
+        fault = Fault(str(path), "", "this is a folder", expected="a file")
     except UnicodeDecodeError as error:
         found = f"byte {error.object[error.start]:#04x} at {error.start}"
         text = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or CONTROLS.isdisjoint(data[:4096])
         step = "Save it again as CSV in UTF-8." if text else ""
-        faults.add("", "not a text file", found=found, expected="text in UTF-8", next_step=step)
+        fault = Fault(str(path), "", "not a text file", found, "text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         expected, step = "a whole gzip file", "Copy or pack it again."
-        faults.add("", "the packed file is damaged", found=str(error), expected=expected, next_step=step)
+        fault = Fault(str(path), "", "the packed file is damaged", str(error), expected, next_step=step)
     except (OSError, ValueError) as error:
-        faults.add("", "the file cannot be read", found=str(error), expected="a readable file")
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+        fault = Fault(str(path), "", "the file cannot be read", str(error), "a readable file")
+    raise InputError([fault])
 
 
 def read_table(path: Path) -> RawTable:

@@ -10,6 +10,7 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Self, TypeVar, Union, get_args, get_origin
@@ -17,7 +18,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar, Union, get_args, get_
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
+from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean, shown
 from swimcal.tables import read_text
 
 Key = tuple[str | int, ...]
@@ -185,21 +186,25 @@ class TomlTable(BaseModel):
 
 
 class TomlSource:
-    """A TOML file that was read, with the line of each of its keys; `file` is its name for messages."""
+    """A TOML file that was read, with the line of each of its keys; `file` is its name for messages.
 
-    def __init__(self, file: str, text: str) -> None:
-        self.file = file
-        self.data: dict[str, Any] = _parse(file, text)
-        self._text = text
-        self._lines: dict[Key, int] | None = None
+    Raises:
+        InputError: not there, or not TOML.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.file, self._text = str(path), read_text(path)
+        self.data = _parse(self.file, self._text)
+
+    @cached_property
+    def _lines(self) -> dict[Key, int]:
+        return lines_of_keys(self._text)
 
     def where(self, key: Key) -> str:
         """Describe the place of a key for a message: ``"line 12, trial[2].role"``.
 
         An absent key has the line of the table it is missing from.
         """
-        if self._lines is None:
-            self._lines = lines_of_keys(self._text)
         name = dotted(key)
         for length in range(len(key), 0, -1):
             if line := self._lines.get(key[:length]):
@@ -281,21 +286,12 @@ def load_toml(path: Path, model: type[Model]) -> Model:
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.
     """
-    source = read_toml(path)
+    source = TomlSource(path)
     faults = FaultCollector(source.file)
     content = source.validate(model, faults)
     faults.raise_if_any()
     assert content is not None
     return content
-
-
-def read_toml(path: Path) -> TomlSource:
-    """Read a TOML file, for validation in several steps.
-
-    Raises:
-        InputError: not there, or not TOML.
-    """
-    return TomlSource(str(path), read_text(path))
 
 
 def key_error(
@@ -317,11 +313,10 @@ def key_error(
 
 
 def _parse(file: str, text: str) -> dict[str, Any]:
-    faults = FaultCollector(file)
     try:
         return tomllib.loads(text)
     except RecursionError:
-        faults.add("", "nested too deeply", expected="TOML")
+        fault = Fault(file, "", "nested too deeply", expected="TOML")
     except ValueError as error:  # tomllib.TOMLDecodeError, and numbers of thousands of digits
         message, _, place = str(error).partition(" (at ")
         line = re.match(r"line (\d+)", place)
@@ -330,9 +325,8 @@ def _parse(file: str, text: str) -> dict[str, Any]:
         found, step = message[:1].lower() + message[1:], ""
         if "\\" in message or "escape" in message.lower() or "hex value" in message.lower():
             step = "A backslash begins an escape: write paths with forward slashes, or in single quotes."
-        faults.add(where, "not valid TOML", found=found, expected="TOML, https://toml.io", next_step=step)
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+        fault = Fault(file, where, "not valid TOML", found, "TOML, https://toml.io", next_step=step)
+    raise InputError([fault])
 
 
 def _as_tuples(value: Any) -> Any:

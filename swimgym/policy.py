@@ -15,13 +15,13 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.stats import binomtest
 
 from swimcal.errors import Fault, InputError, ModelMismatch
-from swimcal.results import is_incomplete, plain_json, program_version, write_whole, writing_whole
+from swimcal.results import from_plain, is_incomplete, plain_json, program_version, to_plain, write_whole, writing_whole
 from swimcal.runs import ENGINE
 from swimgym.course import Course, Rules, Targets, beat_action, make_course, start_of, steer
 from swimgym.swimmers import Fish
@@ -329,7 +329,8 @@ def search(
         task, plan.candidates * plan.episodes, fish=fish, workers=workers, **{**options, "seconds": plan.seconds}
     )
     card, hinges = card_of(task, "search", fish, course, plan.seed), len(course.swimmers.hinges)
-    state = _resume(state_file, plan, card) or _State(0, *start_of(task, hinges), 0.0, np.inf)
+    searched = {"plan": asdict(plan), "model_sha256": card.model_sha256, "task": card.task}
+    state = _resume(state_file, searched) or _State(0, *start_of(task, hinges), 0.0, np.inf)
     while state.generation < plan.generations:
         began, rng = time.monotonic(), np.random.default_rng([plan.seed, state.generation])
         laws = state.middle + state.width * rng.standard_normal((plan.candidates, len(state.middle)))
@@ -346,7 +347,8 @@ def search(
             state.seconds + time.monotonic() - began,
             float(costs[best[0]]),
         )
-        _keep(state_file, state, plan, card)
+        if state_file is not None:
+            write_whole(state_file, json.dumps(searched | to_plain(state)) + "\n")
         progress(f"{task}: generation {state.generation}, cost {state.cost:.4f}", state.generation / plan.generations)
     training = {**asdict(plan), "trained_s": state.seconds, "cost": state.cost}
     rules = replace(course.rules, seconds=options.get("seconds", Rules.seconds))
@@ -373,25 +375,15 @@ def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:
     return np.where(np.isfinite(mean), mean + _LARGEST_WEIGHT * largest, took) + failed
 
 
-def _keep(file: Path | None, state: _State, plan: SearchPlan, card: PolicyCard) -> None:
-    if file is not None:
-        plain = {"plan": asdict(plan), "model_sha256": card.model_sha256, "task": card.task}
-        numbers = {"generation": state.generation, "seconds": state.seconds, "cost": state.cost}
-        arrays = {"middle": state.middle.tolist(), "width": state.width.tolist()}
-        write_whole(file, json.dumps({**plain, **numbers, **arrays}) + "\n")
-
-
-def _resume(file: Path | None, plan: SearchPlan, card: PolicyCard) -> _State | None:
+def _resume(file: Path | None, searched: Mapping[str, Any]) -> _State | None:
     """Read the state of the same search; None where there is none, or that of another search, which is overwritten."""
     if file is None or not file.is_file():
         return None
     try:
         data = json.loads(file.read_bytes())
-        if (data["plan"], data["model_sha256"], data["task"]) != (asdict(plan), card.model_sha256, card.task):
+        if {key: data.pop(key) for key in searched} != searched:
             return None
-        return _State(
-            data["generation"], np.array(data["middle"]), np.array(data["width"]), data["seconds"], data["cost"]
-        )
-    except (ValueError, KeyError, TypeError) as error:
+        return cast(_State, from_plain(_State, data))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         step = "Remove it; the search then begins anew."
         raise InputError([Fault(str(file), "", "not the state of a search", str(error), "JSON", (), step)]) from error

@@ -58,8 +58,7 @@ class Swimmers:
         self.hinges = tuple(name for name in joint if name.startswith("tail_"))
         self._q = {name: first.jnt_qposadr[i] for name, i in joint.items()}
         self._v = {name: first.jnt_dofadr[i] for name, i in joint.items()}
-        self.centre_m = _centre_of_mass(first)
-        self.joints_m = _joints(first, self.hinges)
+        self.centre_m, self.joints_m = _straight(first, self.hinges)
         self._batch = Batch(own[0], count, workers_of(workers))
         if len(own) > 1:
             self._batch.set_models([own[i % len(own)] for i in range(count)])
@@ -149,23 +148,15 @@ def turned(vector: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-def _centre_of_mass(model: mujoco.MjModel) -> np.ndarray:
-    """Compute the centre of mass (2,) of the straight robot in the head's frame, m."""
+def _straight(model: mujoco.MjModel, hinges: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Compute `Swimmers.centre_m` (2,) and `Swimmers.joints_m` (h + 2,) in the head's frame, m."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     head = model.body("head").id
-    return np.asarray(data.subtree_com[head, :2] - data.xpos[head, :2])
-
-
-def _joints(model: mujoco.MjModel, hinges: tuple[str, ...]) -> np.ndarray:
-    """Compute (h + 2,) x of foremost edge, hinges and rearmost edge of the straight robot in the head's frame, m."""
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    x = data.geom_xpos[:, 0] - data.xpos[model.body("head").id, 0]
-    reach = model.geom_aabb[:, 3]
-    at = [data.xanchor[model.joint(name).id, 0] - data.xpos[model.body("head").id, 0] for name in hinges]
-    return np.array([(x - reach).min(), *at, (x + reach).max()])
+    x, reach = data.geom_xpos[:, 0] - data.xpos[head, 0], model.geom_aabb[:, 3]
+    at = [data.xanchor[model.joint(name).id, 0] - data.xpos[head, 0] for name in hinges]
+    return data.subtree_com[head, :2] - data.xpos[head, :2], np.array([(x - reach).min(), *at, (x + reach).max()])
 
 
 @dataclass(frozen=True, eq=False)

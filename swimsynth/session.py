@@ -21,7 +21,6 @@ import xarray as xr
 from swimcal.create_session import new_folder, write_session_toml
 from swimcal.mjcf import natural_hz
 from swimcal.results import write_whole
-from swimcal.robot import RobotSpec
 from swimcal.session import load_session
 from swimcal.toml import TomlTable
 from swimcal.tracks import as_tracks, save_tracks
@@ -105,16 +104,6 @@ class Truth(TomlTable):
     trials: dict[str, TrialTruth]
     dry_runs: dict[str, DryTruth]
     free_decays: dict[str, DecayTruth]
-
-
-def structure_of(robot: RobotSpec) -> StructureTruth:
-    """Compute what dry experiments should find out about a robot."""
-    return StructureTruth(
-        hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
-        hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
-        natural_hz=natural_hz(robot),
-        crank_arm_m=robot.crank.arm_m,
-    )
 
 
 def read_truth(folder: Path) -> Truth:
@@ -271,11 +260,16 @@ def make_session(
         tracked = plan.dry_runs or plan.free_decays or not all(video.films(trial.name) for trial in plan.trials)
         plan = plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
     with new_folder(folder) as part:
-        recorder = Recorder(part, plan, video, progress)
+        recorder, robot = Recorder(part, plan, video, progress), plan.swimmer
         truth = Truth(
             mujoco=mujoco.__version__,
             plan=plan,
-            structure=structure_of(plan.swimmer),
+            structure=StructureTruth(
+                hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
+                hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
+                natural_hz=natural_hz(robot),
+                crank_arm_m=robot.crank.arm_m,
+            ),
             trials={true.trial.name: recorder.swim(i, true) for i, true in enumerate(simulate_swims(plan))},
             dry_runs={true.trial.name: recorder.dry_run(i, true) for i, true in enumerate(simulate_dry_runs(plan))},
             free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},

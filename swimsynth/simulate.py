@@ -229,8 +229,7 @@ def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
         swimcal.errors.InputError: a swim leaves the image.
         SimulationDiverged: the planned motion is unstable.
     """
-    planned = _plan(plan, plan.trials, Stream.SWIM_MOTOR)
-    return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s))
+    return _simulate(plan, plan.trials, Stream.SWIM_MOTOR, replace(SWIM, timestep_s=plan.timestep_s))
 
 
 def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
@@ -240,8 +239,7 @@ def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
         swimcal.errors.InputError: the fish does not fit into the image.
         SimulationDiverged: the planned motion is unstable.
     """
-    planned = _plan(plan, plan.dry_runs, Stream.DRY_MOTOR)
-    return _simulate(plan, planned, replace(DRY, timestep_s=plan.air_timestep_s))
+    return _simulate(plan, plan.dry_runs, Stream.DRY_MOTOR, replace(DRY, timestep_s=plan.air_timestep_s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,13 +265,12 @@ class _RunPlan:
         return self.run_in_s + np.concatenate([self.frames_s, readings_s])
 
 
-def _plan(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_RunPlan]:
-    return [_RunPlan.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
-
-
-def _simulate(plan: SyntheticPlan, planned: list[_RunPlan], scene: Scene) -> tuple[TrueRun, ...]:
-    if not planned:
+def _simulate(
+    plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream, scene: Scene
+) -> tuple[TrueRun, ...]:
+    if not trials:
         return ()
+    planned = [_RunPlan.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
     run_in_s = np.array([each.run_in_s for each in planned])
     frequency_hz = np.array([each.trial.frequency_hz for each in planned])
     runs = Runs(

@@ -8,7 +8,6 @@ the look of the markers in it: bright or dark, how wide, how much they stand out
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -100,9 +99,9 @@ class Grey:
         Brightness is chosen if it separates them all: it is sharper, and costs nothing. Where neither it nor colour
         does, a marker may stand out by either.
         """
-        by_luma = _separation(frame.luma, centre_px, side_px)
+        margin, share = _margins(frame.luma, centre_px, side_px).min(axis=1)  # of the worst marker, by brightness
         large = float(np.min(side_px)) >= _LARGE_PX
-        if by_luma.margin >= ENOUGH and (by_luma.share >= _ALONE or not large):
+        if margin >= ENOUGH and (share >= _ALONE or not large):
             return cls()
         yuv = frame.yuv()
         hues = [_parts(yuv[..., channel], centre_px, side_px) for channel in (1, 2)]
@@ -112,16 +111,16 @@ class Grey:
         off = _off_segment(cores, *np.array(around))
         gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
         coloured = cls(True, around, gain)
-        by_colour = _separation(coloured._of_yuv(yuv), centre_px, side_px)
-        better = by_colour.margin >= max(ENOUGH, _BETTER * by_luma.margin)
-        if by_luma.margin >= ENOUGH:  # good enough, if colour is not much better
-            better = by_colour.margin >= ENOUGH and by_colour.share >= max(_CLEAR, _BETTER * by_luma.share)
-        if not better and by_luma.margin < ENOUGH:
+        hue_margin, hue_share = _margins(coloured._of_yuv(yuv), centre_px, side_px).min(axis=1)
+        better = hue_margin >= max(ENOUGH, _BETTER * margin)
+        if margin >= ENOUGH:  # good enough, if colour is not much better
+            better = hue_margin >= ENOUGH and hue_share >= max(_CLEAR, _BETTER * share)
+        if not better and margin < ENOUGH:
             dark, light = np.percentile(
                 np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
             )
             either = replace(coloured, lightness=(float(dark), float(light)))
-            if _separation(either._of_yuv(yuv), centre_px, side_px).margin >= ENOUGH:
+            if _margins(either._of_yuv(yuv), centre_px, side_px)[0].min() >= ENOUGH:
                 return either
         return coloured if better else cls()
 
@@ -172,19 +171,6 @@ def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> list
     return parts
 
 
-class _Separation(NamedTuple):
-    """The contrast of the worst marker: in grey levels, and as a share of that to the farthest level around it."""
-
-    margin: float
-    share: float
-
-
-def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> _Separation:
-    """Measure how the worst of the markers stands out in a picture (h, w)."""
-    margin, share = _margins(grey, centre_px, side_px)
-    return _Separation(float(margin.min()), float(share.min()))
-
-
 def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
     """Return (m,) bool, the markers whose grey lies well within the levels around them, not just hardly beyond.
 
@@ -196,16 +182,18 @@ def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
     return _margins(grey, centre_px, side_px)[0] < -ENOUGH
 
 
-def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Measure the contrast (m,) of each marker, below 0 within the levels around it, and as a share of the largest."""
+def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Measure the contrast of each marker, below 0 within the levels around it, and as a share of the largest, (2, m).
+
+    The largest is that to the farthest level around the marker.
+    """
     found = []
     for core, ring in _parts(grey, centre_px, side_px):
         low, high = np.percentile(ring, _MOST)
         middle = float(np.median(core))
         margin = max(middle - high, low - middle)
         found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
-    margin, share = np.array(found).T
-    return margin, share
+    return np.array(found).T
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Start boxes found in a picture or clicked by a person, and those that may hold no marker.
 
-`find_boxes` finds them without a click, or reports why they are not certain. `ClickBoxes` is a page on which a person
-clicks the markers: one file that asks for nothing from the network.
+`find_boxes` finds them without a click, or reports why they are not certain. `click_page` renders a page on which a
+person clicks the markers: one file that asks for nothing from the network.
 
 `without_marker` finds boxes in which nothing stands out: they are refused. `doubtful_boxes` flags those in which no
 more stands out than on the water elsewhere, or something unlike all other markers.
@@ -13,7 +13,6 @@ import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
 
 import cv2
 import numpy as np
@@ -172,68 +171,62 @@ def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> Inp
 # The page to click.
 
 
-@dataclass(frozen=True, eq=False)
-class ClickBoxes:
-    """A frame with its markers to be clicked; `load_boxes` reads what the page saves.
+def click_page(
+    rgb: np.ndarray,
+    markers: Sequence[str],
+    trial: str = "trial",
+    frame: int = 0,
+    suggested: StartBoxes | None = None,
+    blobs: Sequence[Blob] = (),
+    layout_m: np.ndarray | None = None,
+    place: str | None = None,
+) -> str:
+    """Render the page on which the markers of a frame are clicked; `load_boxes` reads what it saves.
 
-    Attributes:
+    Args:
         rgb: (h, w, 3) the frame, bytes; `frame` is its number in the video.
         markers: the markers to click, in the order in which they are asked for.
+        trial: the trial's name.
+        frame: number of the frame.
         suggested: boxes to begin with; the person only has to check and save them.
         blobs: places that a click snaps to (`find_blobs`); elsewhere it snaps to what stands out under it.
         layout_m: (m, 2) places on the straight robot, m, for the little map of the markers.
         place: where the saved file belongs in the session folder; None: ``trials/<trial>.boxes.json``.
     """
+    folder = files("tracking") / "templates"
+    style, script, page = ((folder / name).read_text("utf-8") for name in ("click.css", "click.js", "click.html.j2"))
+    environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    boxes = suggested.to_json()["boxes"] if suggested else {}
+    return environment.from_string(
+        page
+    ).render(
+        trial=trial,
+        frame=frame,
+        place=place or f"trials/{trial}.boxes.json",
+        style=Markup(style),  # our own file
+        script=Markup(script),
+        data={
+            "image": _as_jpeg(rgb),
+            "width": rgb.shape[1],
+            "height": rgb.shape[0],
+            "markers": list(markers),
+            "trial": trial,
+            "frame": frame,
+            "suggested": {name: boxes[name] for name in markers if name in boxes},
+            "blobs": [[round(value, 2) for value in blob[:3]] for blob in blobs],
+            "side_px": _side_px(suggested, blobs[: len(markers)]),
+            "layout": None if layout_m is None else np.asarray(layout_m, dtype=float).tolist(),
+        },
+    )
 
-    rgb: np.ndarray
-    markers: Sequence[str]
-    trial: str = "trial"
-    frame: int = 0
-    suggested: StartBoxes | None = None
-    blobs: Sequence[Blob] = ()
-    layout_m: np.ndarray | None = None
-    place: str | None = None
 
-    def html(self) -> str:
-        """Render the whole page."""
-        folder = files("tracking") / "templates"
-        style, script, page = (
-            (folder / name).read_text("utf-8") for name in ("click.css", "click.js", "click.html.j2")
-        )
-        environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
-        return environment.from_string(page).render(
-            trial=self.trial,
-            frame=self.frame,
-            place=self.place or f"trials/{self.trial}.boxes.json",
-            style=Markup(style),  # our own file
-            script=Markup(script),
-            data=self._data(),
-        )
-
-    def _data(self) -> dict[str, Any]:
-        height, width = self.rgb.shape[:2]
-        suggested = self.suggested.to_json()["boxes"] if self.suggested else {}
-        return {
-            "image": _as_jpeg(self.rgb),
-            "width": width,
-            "height": height,
-            "markers": list(self.markers),
-            "trial": self.trial,
-            "frame": self.frame,
-            "suggested": {name: suggested[name] for name in self.markers if name in suggested},
-            "blobs": [[round(value, 2) for value in blob[:3]] for blob in self.blobs],
-            "side_px": self._side_px(),
-            "layout": None if self.layout_m is None else np.asarray(self.layout_m, dtype=float).tolist(),
-        }
-
-    def _side_px(self) -> int:
-        """Return the side of new boxes: that of the suggested ones, or one that fits the diameter of the blobs."""
-        if self.suggested:
-            return round(float(np.median([box.width for box in self.suggested.boxes.values()])))
-        if self.blobs:
-            diameters = [blob.diameter_px for blob in self.blobs[: len(self.markers)]]
-            return round(BOX_DIAMETERS * float(np.median(diameters)))
-        return round(USUAL_SIDE_PX)
+def _side_px(suggested: StartBoxes | None, blobs: Sequence[Blob]) -> int:
+    """Return the side of new boxes: that of the suggested ones, or one that fits the diameter of the blobs."""
+    if suggested:
+        return round(float(np.median([box.width for box in suggested.boxes.values()])))
+    if blobs:
+        return round(BOX_DIAMETERS * float(np.median([blob.diameter_px for blob in blobs])))
+    return round(USUAL_SIDE_PX)
 
 
 def _as_jpeg(rgb: np.ndarray) -> str:

@@ -9,6 +9,7 @@ gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -292,14 +293,10 @@ def retracker(video: Video) -> Retracker:
     this one: they are wrong. The marker is followed to the last frame asked for, else to the end of the video. From a
     box that holds no marker nothing is followed: those frames are missing, and a flag ``doubtful_box`` says so.
     """
-
-    def retrack(position_px: np.ndarray, marker: int, wanted: SetBox) -> tuple[np.ndarray, tuple[Flag, ...]]:
-        with opencv_on_one_thread():
-            return _tracked_on(video, position_px, marker, wanted)
-
-    return retrack
+    return functools.partial(_tracked_on, video)
 
 
+@opencv_on_one_thread()
 def _tracked_on(
     video: Video, position_px: np.ndarray, marker: int, wanted: SetBox
 ) -> tuple[np.ndarray, tuple[Flag, ...]]:

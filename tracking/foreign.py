@@ -2,7 +2,7 @@
 
 `read_foreign_table` reads tables as other programs write them: other separators, comments, an index, words for a
 missing number. `even_times` makes times that were rounded when they were written even again, where that is certain.
-`checked_tracks` checks and converts the samples (`ForeignTracks`); each fault names its place in the file.
+`ForeignTracks` checks and converts the samples; each fault names its place in the file.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def refuse_space(markers: Sequence[str], faults: FaultCollector) -> None:
     faults.raise_if_any()
 
 
-def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
+def even_times(time_s: np.ndarray, fps: float | None, file: str) -> np.ndarray:
     """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
 
     Frames that are left out stay out.
@@ -76,10 +76,10 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     Args:
         time_s: (n,) times, s.
         fps: the frame rate, where it is known.
-        faults: takes the faults.
+        file: the name of the file for messages.
 
     Raises:
-        InputError: coarse times that are those of no even clock, and no `fps`, with the faults that were there before.
+        InputError: coarse times that are those of no even clock, and no `fps`.
     """
     step_s, rounded_s = float(np.median(np.diff(time_s))), _rounding(time_s)
     if rounded_s < COARSE * step_s:
@@ -100,10 +100,8 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     if fps is not None:
         return time_s
     found = f"steps of {np.diff(time_s).min():.4g} to {np.diff(time_s).max():.4g} s, rounded to {rounded_s:g} s"
-    expected, step = "an even clock, or finer times", "Give the frame rate of the camera: add `--fps 60`."
-    faults.add("", "the times are too coarse to tell the frame rate", found=found, expected=expected, next_step=step)
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+    what, step = "the times are too coarse to tell the frame rate", "Give the frame rate of the camera: add `--fps 60`."
+    raise InputError([Fault(file, "", what, found, "an even clock, or finer times", next_step=step)])
 
 
 def _rounding(time_s: np.ndarray) -> float:
@@ -265,15 +263,53 @@ class ForeignTracks:
             faults.add("", "the file has no time", expected="the frame rate of the camera", next_step="Add `--fps 60`.")
         faults.raise_if_any()
         assert self.time_s is not None or (fps is not None and self.frame is not None)
-        time_s = self.time_s if self.time_s is not None else np.asarray(self.frame, float) / (fps or np.nan)
+        told = np.array(self.frame if self.time_s is None else self.time_s, dtype=float)
+        time_s = told / (fps or np.nan) if self.time_s is None else told
         chosen = [names.index(marker) for marker in markers]
-        position, confidence = self.position_px[:, chosen], self.confidence[:, chosen]
-        frame = self.frame if self.time_s is None else None
-        found = checked_tracks(markers, time_s, position, confidence, self.where, faults, frame)
-        if self.time_s is None:
-            return found
-        even_s = even_times(found.time.values, fps, faults)
-        return as_tracks(tuple(markers), even_s, pixels_of(found), found.confidence.values)
+        position, confidence = np.array(self.position_px[:, chosen], dtype=float), self.confidence[:, chosen]
+        missing = np.isnan(position).any(axis=2)  # (n, m)
+        position[missing] = np.nan
+        belief = np.where(np.isnan(confidence), 1.0, confidence)
+        belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
+        self._check(markers, time_s, position, belief, faults)
+        if self.time_s is not None:
+            time_s = even_times(time_s, fps, faults.file)
+        return as_tracks(tuple(markers), time_s, position, belief)
+
+    def _check(
+        self, markers: Sequence[str], time_s: np.ndarray, place: np.ndarray, belief: np.ndarray, faults: FaultCollector
+    ) -> None:
+        """Check the samples of m markers: (n,) times, s, (n, m, 2) places, px, nan where missing, (n, m) confidences.
+
+        Raises:
+            InputError: every fault at once.
+        """
+        check_count(len(time_s), faults)
+        check_seen(~np.isnan(place).any(axis=2), markers, faults)
+        late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
+        outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
+        far = np.argwhere(np.abs(np.nan_to_num(place)).max(axis=2) > FARTHEST_PX).tolist()
+
+        def fault(row: int, k: int | None, what: str, found: object, expected: str) -> Fault:
+            where = self.where[row] if k is None else f"{self.where[row]}, {markers[k]}"
+            return Fault(faults.file, where, what, f"{found}", expected)
+
+        in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
+        told, what, more = time_s, "time does not increase", ""
+        if self.time_s is None and self.frame is not None:
+            told, what, more = self.frame, "frames do not go on", ", each frame in one row"
+        lost = [k for k in late if np.isnan(told[k])]
+        faults.extend_capped([fault(k, None, "it is not told when", "an empty cell", "a later time") for k in lost])
+        late = [k for k in late if not np.isnan(told[k - 1 : k + 1]).any()]
+        faults.extend_capped([fault(k, None, what, f"{told[k]:.10g}", f"after {told[k - 1]:.10g}{more}") for k in late])
+        faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
+        faults.extend_capped([fault(k, i, "is beyond any image", place[k, i], in_reach) for k, i in far])
+        if not faults:
+            check_seconds(time_s, faults)
+            check_pixels(place, faults)
+            check_summary(place, self.where, faults)
+            _check_side(place, faults)
+        faults.raise_if_any()
 
 
 def check_names(
@@ -324,63 +360,6 @@ def check_names(
 def _letters(name: str) -> str:
     """Return a name as small letters and digits alone."""
     return "".join(filter(str.isalnum, name.lower()))
-
-
-def checked_tracks(
-    markers: Sequence[str],
-    time_s: np.ndarray,
-    position_px: np.ndarray,
-    confidence: np.ndarray,
-    where: Sequence[str],
-    faults: FaultCollector,
-    frame: np.ndarray | None = None,
-) -> xr.Dataset:
-    """Check the samples of m markers, and return them as tracks.
-
-    Args:
-        markers: names of the m markers.
-        time_s: (n,) times, s.
-        position_px: (n, m, 2), px, nan where missing.
-        confidence: (n, m), nan where unknown.
-        where: place of each frame in the file, for messages.
-        faults: takes the faults.
-        frame: (n,) number of each frame, for messages, where the times are those of their numbers.
-
-    Raises:
-        InputError: every fault at once.
-    """
-    position = np.array(position_px, dtype=float)
-    missing = np.isnan(position).any(axis=2)  # (n, m)
-    position[missing] = np.nan
-    belief = np.where(np.isnan(confidence), 1.0, confidence)
-    belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
-    check_count(len(time_s), faults)
-    check_seen(~missing, markers, faults)
-    late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
-    outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
-    far = np.argwhere(np.abs(np.nan_to_num(position)).max(axis=2) > FARTHEST_PX).tolist()
-
-    def fault(row: int, k: int | None, what: str, found: object, expected: str) -> Fault:
-        place = where[row] if k is None else f"{where[row]}, {markers[k]}"
-        return Fault(faults.file, place, what, f"{found}", expected)
-
-    in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
-    told, what, more = time_s, "time does not increase", ""
-    if frame is not None:
-        told, what, more = frame, "frames do not go on", ", each frame in one row"
-    lost = [k for k in late if np.isnan(told[k])]
-    faults.extend_capped([fault(k, None, "it is not told when", "an empty cell", "a later time") for k in lost])
-    late = [k for k in late if not np.isnan(told[k - 1 : k + 1]).any()]
-    faults.extend_capped([fault(k, None, what, f"{told[k]:.10g}", f"after {told[k - 1]:.10g}{more}") for k in late])
-    faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
-    faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
-    if not faults:
-        check_seconds(np.asarray(time_s, float), faults)
-        check_pixels(position, faults)
-        check_summary(position, where, faults)
-        _check_side(position, faults)
-    faults.raise_if_any()
-    return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
 
 
 def _check_side(position_px: np.ndarray, faults: FaultCollector) -> None:

@@ -26,7 +26,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -37,7 +36,7 @@ from swimcal.results import program_version, write_whole, writing_whole
 from swimcal.tables import RawTable, to_numbers
 from swimcal.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
 from tracking.foreign import COARSE, ForeignTracks, read_foreign_table, refuse_space, save_fishsim
-from tracking.other_programs import HDF5, NETCDF_3, check_readable
+from tracking.other_programs import Engine, check_readable
 from tracking.plain_table import check_frames, read_headerless, read_plain
 
 # DeepLabCut.
@@ -50,8 +49,6 @@ LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 # movement.
 PIXELS = frozenset({"px", "pixel", "pixels", "1", "dimensionless", ""})
 """Units in which places are taken, lower case."""
-Engine = Literal["h5netcdf", "scipy"]
-"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
 INDIVIDUAL = "fish"
 SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 """The names of dimensions before version 0.17, and since."""
@@ -189,15 +186,12 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
     Raises:
         InputError: every fault of the file at once.
     """
-    import xarray as xr
-
-    faults = FaultCollector(str(path))
     try:
         with xr.open_dataset(path, engine=engine, decode_times=False) as data:
             data.load()
     except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        faults.add("", "the file cannot be read", found=str(error), expected="a whole netCDF file")
-    faults.raise_if_any()
+        fault = Fault(str(path), "", "the file cannot be read", str(error), "a whole netCDF file")
+        raise InputError([fault]) from error
     return from_movement(data, str(path))
 
 
@@ -298,8 +292,7 @@ def read_foreign(path: Path, markers: Sequence[str]) -> ForeignTracks:
     Raises:
         InputError: every fault of the file at once; of another program's file, what it is and the way that works.
     """
-    check_readable(path)
-    if (engine := _netcdf(path)) is not None:
+    if (engine := check_readable(path)) is not None:
         return read_movement(path, engine)
     table = read_foreign_table(path)
     if is_deeplabcut(table):
@@ -362,13 +355,3 @@ def _every_frame(tracked: xr.Dataset, form: str) -> xr.Dataset:
     filled = tracked.assign_coords(time=frame).reindex(time=np.arange(frame[-1] + 1))
     confidence = filled.confidence.fillna(0.0)
     return filled.assign(confidence=confidence).assign_coords(time=time_s[0] + step_s * filled.time.values)
-
-
-def _netcdf(path: Path) -> Engine | None:
-    """Choose the engine that reads a file of netCDF; None for other files and unreadable ones."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(8)
-    except OSError:
-        return None
-    return "h5netcdf" if head.startswith(HDF5) else "scipy" if head.startswith(NETCDF_3) else None

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from swimcal.errors import Fault, InputError
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NETCDF_3 = b"CDF"
+Engine = Literal["h5netcdf", "scipy"]
+"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
 OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
 
 _SLEAP = "Export the tracks: in SLEAP File > Export Analysis CSV; or load them with `movement` and save netCDF."
@@ -83,8 +85,11 @@ _TEXT = (
 )
 
 
-def check_readable(path: Path) -> None:
+def check_readable(path: Path) -> Engine | None:
     """Check that a file may be tracks in a readable form; files that cannot be opened are left to the readers.
+
+    Returns:
+        The engine that reads it, of a file of netCDF.
 
     Raises:
         InputError: it is another program's file; the message says whose, and the way that works.
@@ -93,11 +98,12 @@ def check_readable(path: Path) -> None:
         with path.open("rb") as stream:
             head = stream.read(2048)
     except OSError:
-        return
+        return None
     program = _hdf5(path) if head.startswith(HDF5) else _other(head)
     if program is not None:
         expected = "tracks as CSV (ours, DeepLabCut's, SLEAP's) or netCDF of movement"
         raise InputError([Fault(str(path), "", program.what, "", expected, next_step=program.step)])
+    return "h5netcdf" if head.startswith(HDF5) else "scipy" if head.startswith(NETCDF_3) else None
 
 
 def _other(head: bytes) -> _Program | None:

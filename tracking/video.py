@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import av
@@ -110,7 +109,7 @@ class Frame:
         else:
             picture = self._picture.reformat(format="yuv420p")
             size = picture.width, picture.height
-            planes = [_plane(picture, number, np.uint8) for number in range(3)]
+            planes = [_plane(picture, np.uint8, number) for number in range(3)]
             stored = np.dstack([planes[0], *(cv2.resize(np.ascontiguousarray(plane), size) for plane in planes[1:])])
         return np.ascontiguousarray(np.rot90(self._square(stored), self._quarter_turns))
 
@@ -132,7 +131,7 @@ def bits_used(picture: av.VideoFrame) -> int:
     """Count the bits that a gray picture of 16 uses, as cameras have them: 8 to 16; 16 for all other formats."""
     if picture.format.name not in GRAY_16:
         return 16
-    brightest = int(_first_plane(picture, _two_bytes(picture.format.name)).max())
+    brightest = int(_plane(picture, _two_bytes(picture.format.name)).max())
     return next(bits for bits in (8, 10, 12, 14, 16) if brightest < 2**bits)
 
 
@@ -140,26 +139,21 @@ def brightness(picture: av.VideoFrame, bits: int = 16) -> np.ndarray:
     """Return (h, w) uint8 brightness of a picture as it is stored; gray in 16 bits uses so many of them."""
     name = picture.format.name
     if BRIGHTNESS_FIRST.fullmatch(name):
-        return _first_plane(picture, np.uint8)
+        return _plane(picture, np.uint8)
     if deep := DEEP_BRIGHTNESS_FIRST.fullmatch(name):
         used = min(int(deep[1]), bits) if name in GRAY_16 else int(deep[1])
-        return _upper_bits(_first_plane(picture, _two_bytes(name)), used - 8)
+        return _upper_bits(_plane(picture, _two_bytes(name)), used - 8)
     if name in ("p010le", "p012le", "p016le"):  # brightness in the high bits
-        return _upper_bits(_first_plane(picture, np.dtype("<u2")), 8)
-    return _first_plane(picture.reformat(format="gray"), np.uint8)
+        return _upper_bits(_plane(picture, np.dtype("<u2")), 8)
+    return _plane(picture.reformat(format="gray"), np.uint8)
 
 
 def _two_bytes(name: str) -> np.dtype:
     return np.dtype(">u2" if name.endswith("be") else "<u2")
 
 
-def _first_plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """Return (h, w) view of the first plane without the padding of its rows."""
-    return _plane(picture, 0, dtype)
-
-
-def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """Return (h, w) view of a plane without the padding of its rows."""
+def _plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike, number: int = 0) -> np.ndarray:
+    """Return (h, w) view of a plane, the first one by default, without the padding of its rows."""
     plane = picture.planes[number]
     pixel = np.dtype(dtype)
     shape, row = (plane.height, plane.width), abs(plane.line_size)
@@ -274,7 +268,7 @@ class Video:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

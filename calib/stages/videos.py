@@ -23,7 +23,7 @@ from tracking.body_chain import find_blobs
 from tracking.boxes import StartBoxes, load_boxes, save_boxes
 from tracking.decoding import is_without_times
 from tracking.edits import EditLog, apply_edits
-from tracking.find_boxes import ClickBoxes, doubtful_boxes, find_boxes
+from tracking.find_boxes import click_page, doubtful_boxes, find_boxes
 from tracking.follow_video import TRACKERS, Find, Partial, TrackerName, follow_video, retracker
 from tracking.gaps import fill_gaps
 from tracking.quality import trusted
@@ -144,8 +144,8 @@ class Videos:
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
             place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
-            click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
-            write_whole(page, click.html())
+            click = click_page(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
+            write_whole(page, click)
         return page
 
     def _boxes_file(self, spec: TrialSpec) -> Path:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self, TypeVar
+from typing import Self, TypeVar
 
 import mujoco
 import numpy as np
@@ -17,7 +17,6 @@ from swimcal.effects.effect import (
     Effect,
     Observation,
     Plates,
-    StepDamper,
     StepForce,
     StepState,
     View,
@@ -60,7 +59,8 @@ class AffectedTwin(Twin):
         self.plain = twin
         self.effects = tuple(effect.suited(twin.robot, twin.markers) for effect in effects)
         ends = np.cumsum([0, *(len(effect.parameters) for effect in self.effects)])
-        self._own = [_EffectColumns(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
+        # Each effect with the columns of its parameters among all values.
+        self._own = [(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
         self.size = int(ends[-1])  # number of values
 
     def at_step(self, timestep_s: float) -> "AffectedTwin":
@@ -194,7 +194,8 @@ class AffectedTwin(Twin):
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """Return the plain twin's start, corrected by how far models with the effects settle elsewhere."""
         position, velocity = super().start(runs)
-        if self._changes_models and self.scene.with_tendons:
+        changes_models = any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
+        if changes_models and self.scene.with_tendons:
             by, slope = self._rest_pose_change(runs)
             position[:, self._hinges] += by
             velocity[:, self._hinges] += slope * runs.start_speed_rad_s[:, None]
@@ -203,10 +204,6 @@ class AffectedTwin(Twin):
     @property
     def _pose(self) -> CubicSpline:
         return self.plain._pose
-
-    @property
-    def _changes_models(self) -> bool:
-        return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
 
     def _rest_pose_change(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """Return how far the pose at each run's phase is from the plain robot's (n, h), and its slope with phase."""
@@ -249,7 +246,9 @@ class AffectedTwin(Twin):
         return [copy(compiled[number]) for number in which.ravel()]
 
     def _roll(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
-        forces, dampers = self._forces(runs), self._dampers(runs, batch.models)
+        forces, values = self._forces(runs), self._values(runs)
+        made = [each.damping(self.robot, self.scene, batch.models, values[:, columns]) for each, columns in self._own]
+        dampers = [damper for damper in made if damper is not None]
         if not forces and not dampers:
             return super()._roll(batch, runs, steps)
         fewest, most, dt = int(steps.min()), int(steps.max()), self.scene.timestep_s
@@ -295,11 +294,6 @@ class AffectedTwin(Twin):
         made = ((effect, effect.force(self.robot, self.scene, values[:, own])) for effect, own in self._own)
         return [(effect, force) for effect, force in made if force is not None]
 
-    def _dampers(self, runs: Runs, models: Sequence[mujoco.MjModel]) -> list[StepDamper]:
-        values = self._values(runs)
-        made = (e.damping(self.robot, self.scene, models, values[:, columns]) for e, columns in self._own)
-        return [damper for damper in made if damper is not None]
-
     def _drive(self, runs: Runs, values: np.ndarray) -> Runs:
         """Return the runs with cranks that turn as the effects make them."""
         turns = runs.turns or (None,) * len(runs)
@@ -333,13 +327,6 @@ class AffectedTwin(Twin):
         if values.shape != (len(runs), self.size):
             raise ValueError(f"values: found shape {values.shape}, expected {(len(runs), self.size)}")
         return values
-
-
-class _EffectColumns(NamedTuple):
-    """An effect and the columns of its parameters among all values."""
-
-    effect: Effect
-    columns: slice
 
 
 def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:

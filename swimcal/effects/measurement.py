@@ -1,25 +1,13 @@
 """Effects of camera, markers and tracker: they change what is seen of a swim, not the swim."""
 
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
 from swimcal.effects.effect import Drive, Effect, Observation, Parameter
 from swimcal.robot import RobotSpec, load_robot
-
-# `HeadFrameMisalignment`.
-_MAX_HEAD_OFFSET_M = 0.03
-_HEAD_OFFSET_SD_M = 0.003
-
-# `CameraParallax`.
-_MAX_NEARER = 0.1
-_NEARER_SD = 0.01
-
-# `MarkerOffset`.
-_MAX_MARKER_OFFSET_M = 0.05
-_MARKER_OFFSET_SD_M = 0.004
-
-_WAYS = ("along", "across")  # directions of a marker's offset and drift, on its link
+from swimcal.session_file import HEAD_MARKERS
 
 
 class CameraEffect(Effect):
@@ -40,11 +28,9 @@ class HeadFrameMisalignment(CameraEffect):
     name = "head_frame_misalignment"
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
-    parameters = (
-        Parameter("nose_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("neck_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("nose_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
-        Parameter("neck_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
+    parameters = tuple(
+        Parameter(name, "m", -0.03, 0.03, 0.003)
+        for name in ("nose_across", "neck_across", "nose_in_picture", "neck_in_picture")
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -88,8 +74,8 @@ class CameraParallax(CameraEffect):
     source = "Pinhole camera (Hartley and Zisserman, Multiple View Geometry, section 6.1)."
     parameters = (
         Parameter("inverse_height", "1/m", 0.0, 2.0, 0.4),
-        Parameter("nose_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
-        Parameter("neck_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
+        Parameter("nose_nearer", "1", -0.1, 0.1, 0.01),
+        Parameter("neck_nearer", "1", -0.1, 0.1, 0.01),
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -158,55 +144,57 @@ class RollingShutter(CameraEffect):
         return np.asarray(seen.marker_m + values[0] * lines[..., None] * velocity)
 
 
-class MarkerOffset(CameraEffect):
+class _MarkerShift(CameraEffect):
+    """Effect on each marker but nose and neck, with a parameter along its link and one across, in `unit`."""
+
+    unit: ClassVar[str]
+    most: ClassVar[float]
+    sd: ClassVar[float]
+
+    def __init__(self, markers: tuple[str, ...]) -> None:
+        self._markers = tuple(name for name in markers if name not in HEAD_MARKERS)
+        self.parameters = tuple(
+            Parameter(f"{marker}_{way}", self.unit, -self.most, self.most, self.sd)
+            for marker in self._markers
+            for way in ("along", "across")
+        )
+
+    def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
+        """Return the effect for these markers."""
+        return type(self)(markers)
+
+    def by_marker(self, seen: Observation, values: np.ndarray) -> np.ndarray:
+        """Return the values of all markers (m, 2), 0 for those of nose and neck."""
+        found = np.zeros((len(seen.names), 2))
+        found[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
+        return found
+
+
+class MarkerOffset(_MarkerShift):
     """Each marker but nose and neck is glued, or its box placed, off its place, along the body and across."""
 
     name = "marker_offset"
     physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
-
-    def __init__(self, markers: tuple[str, ...]) -> None:
-        self._markers = _others(markers)
-        self.parameters = tuple(
-            Parameter(f"{marker}_{way}", "m", -_MAX_MARKER_OFFSET_M, _MAX_MARKER_OFFSET_M, _MARKER_OFFSET_SD_M)
-            for marker in self._markers
-            for way in _WAYS
-        )
-
-    def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """Return the effect for these markers."""
-        return MarkerOffset(markers)
+    unit, most, sd = "m", 0.05, 0.004
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Shift the markers with their links."""
-        shift = np.zeros((len(seen.names), 2))
-        shift[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
-        return np.asarray(seen.marker_m + np.einsum("mk,fmkd->fmd", shift, seen.axes))
+        return np.asarray(seen.marker_m + np.einsum("mk,fmkd->fmd", self.by_marker(seen, values), seen.axes))
 
 
-class TrackerDrift(CameraEffect):
+class TrackerDrift(_MarkerShift):
     """Boxes slide off their markers at a steady pace, along the body and across; those of nose and neck are held."""
 
     name = "tracker_drift"
     physics = "A template that is renewed from what was found last adds up its small errors: a drift in one direction."
     source = "Matthews, Ishikawa and Baker, The template update problem, IEEE PAMI 26 (2004)."
-
-    def __init__(self, markers: tuple[str, ...]) -> None:
-        self._markers = _others(markers)
-        self.parameters = tuple(
-            Parameter(f"{marker}_{way}", "m/s", -0.01, 0.01, 0.001) for marker in self._markers for way in _WAYS
-        )
-
-    def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """Return the effect for these markers."""
-        return TrackerDrift(markers)
+    unit, most, sd = "m/s", 0.01, 0.001
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Slide the markers further on their links from frame to frame."""
-        pace = np.zeros((len(seen.names), 2))
-        pace[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
-        slid_m = np.einsum("f,mk,fmkd->fmd", seen.time_s - seen.time_s[0], pace, seen.axes)
-        return np.asarray(seen.marker_m + slid_m)
+        pace = self.by_marker(seen, values)
+        return np.asarray(seen.marker_m + np.einsum("f,mk,fmkd->fmd", seen.time_s - seen.time_s[0], pace, seen.axes))
 
 
 class MarkerSwap(CameraEffect):
@@ -233,10 +221,6 @@ class MarkerSwap(CameraEffect):
             found[:, i] += apart
             found[:, j] -= apart
         return found
-
-
-def _others(markers: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for name in markers if name not in ("nose", "neck"))
 
 
 def _on_tail(robot: RobotSpec, markers: tuple[str, ...]) -> tuple[str, ...]:

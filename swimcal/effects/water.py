@@ -38,10 +38,6 @@ AT_ONCE = 0.5
 SLOW_M_S = 0.02
 """Speed at which a wake is left behind by a fish at rest."""
 
-# `BackgroundCurrent`.
-_MAX_CURRENT_M_S = 0.15
-_CURRENT_SD_M_S = 0.02
-
 # `WallProximity`: forces of a wall on the plates.
 DRAG = 1.2
 """Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
@@ -364,10 +360,7 @@ class BackgroundCurrent(WaterEffect):
     name = "background_current"
     physics = "Forces depend on the velocity relative to the water, which is that in the pool less the current's."
     source = "Galilean invariance; MuJoCo's option wind."
-    parameters = (
-        Parameter("right", "m/s", -_MAX_CURRENT_M_S, _MAX_CURRENT_M_S, _CURRENT_SD_M_S),
-        Parameter("down", "m/s", -_MAX_CURRENT_M_S, _MAX_CURRENT_M_S, _CURRENT_SD_M_S),
-    )
+    parameters = (Parameter("right", "m/s", -0.15, 0.15, 0.02), Parameter("down", "m/s", -0.15, 0.15, 0.02))
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
         """Turn the current from the picture into the frame of the trial."""

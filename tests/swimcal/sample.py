@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -45,18 +44,6 @@ tracks = "fast.csv"
 commanded_hz = 1.5
 role = "holdout"
 """
-
-
-class Robot(NamedTuple):
-    """What a session is held against of its robot."""
-
-    markers: tuple[str, ...]
-    scale_length_m: float = 0.142
-    name: str = "fish"
-
-    def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
-        """(m, 3) behind each other, a scale length apart."""
-        return np.array([[self.scale_length_m * self.markers.index(name), 0.0, 0.0] for name in names])
 
 
 def tracks_text(frames: int = 90) -> str:

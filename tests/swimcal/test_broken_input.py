@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from swimcal.errors import InputError
 from swimcal.motor_log import MOTOR_COLUMNS, load_motor
+from swimcal.robot import load_robot
 from swimcal.session import load_session
 from swimcal.session_file import load_camera
 from swimcal.toml import lines_of_keys
 from swimcal.tracks import load_tracks
-from tests.swimcal.sample import MARKERS, SESSION_TOML, Robot, make_session, tracks_text
+from tests.swimcal.sample import MARKERS, SESSION_TOML, make_session, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,nose_confidence,neck_x,neck_y,tail_1_x,tail_1_y"
 WITH_HEADER = HEADER + "\n" + "".join(f"{k / 60},1,2,0.5,3,4,5,{k}\n" for k in range(6))
@@ -84,7 +85,7 @@ def read_tracks(path: Path) -> None:
 def read_session(path: Path) -> None:
     make_session(path.parent, path.read_bytes().decode("utf-8", "replace"))
     path.parent.joinpath("session.toml").write_bytes(path.read_bytes())
-    load_session(path.parent, lambda _: Robot(MARKERS))
+    load_session(path.parent, load_robot)
     assert not (path.parent / "results").exists()
 
 

@@ -4,8 +4,8 @@ import pytest
 
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, new_from_fishsim, write_session_toml
 from swimcal.errors import InputError
+from swimcal.robot import load_robot
 from swimcal.session import load_session
-from tests.swimcal.sample import Robot
 
 
 def public_tracks(folder: Path, *names: str) -> Path:
@@ -24,7 +24,7 @@ def test_a_checkout_and_a_folder_of_files_make_the_same_session(tmp_path: Path) 
     for source in ("checkout", "plain"):
         folder = new_from_fishsim(tmp_path / f"of_{source}" / "pool", tmp_path / source)
         texts.add((folder / "session.toml").read_text())
-        session = load_session(folder, lambda _: Robot(FISHSIM_MARKERS))
+        session = load_session(folder, load_robot)
         assert [(t.name, t.commanded_hz, t.role) for t in session.trials] == [
             ("f1_00", 1.0, "fit"),
             ("f2_25", 2.25, "holdout"),

@@ -6,7 +6,8 @@ from swimcal import runs as engine_module
 from swimcal.errors import ModelMismatch
 from swimcal.mjcf import FluidCoefficients
 from swimcal.results import Provenance
-from swimcal.runs import ENGINE, check_engine, model_sha256
+from swimcal.runs import ENGINE, check_engine, model_sha256, workers_of
+from swimcal.twin import Twin
 from tests.swimcal.robots import FISH, THREE_LINK, changed
 
 
@@ -58,3 +59,20 @@ def test_the_fingerprint_does_not_change_with_coefficients_or_what_the_twin_does
     other = FluidCoefficients(1.0, 2.0, 3.0, 4.0, 5.0)
     monkeypatch.setattr("swimcal.mjcf.PUBLISHED_COEFFICIENTS", other)
     assert engine_module.model_sha256(FISH) == before
+
+
+@pytest.mark.parametrize(("wanted", "setting", "found"), [(3, "2", 3), (0, "2", 2), (0, None, 0), (2, None, 2)])
+def test_as_many_threads_as_wanted_else_as_the_environment_says(
+    monkeypatch: pytest.MonkeyPatch, wanted: int, setting: str | None, found: int
+) -> None:
+    monkeypatch.delenv("SWIMCAL_WORKERS", raising=False)
+    if setting is not None:
+        monkeypatch.setenv("SWIMCAL_WORKERS", setting)
+    assert workers_of(wanted) == found
+    assert Twin(FISH, workers=wanted).workers == found
+
+
+def test_a_number_of_threads_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SWIMCAL_WORKERS", "many")
+    with pytest.raises(ValueError, match="SWIMCAL_WORKERS: found 'many', expected a number"):
+        workers_of(0)

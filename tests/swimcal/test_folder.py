@@ -1,11 +1,14 @@
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from swimcal.errors import InputError
+from swimcal.robot import load_robot
 from swimcal.session import load_session
-from tests.swimcal.sample import MARKERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
+from tests.swimcal.robots.test_doubts import FILE
+from tests.swimcal.sample import MARKERS, SESSION_TOML, faults_of, make_session, tracks_text
 
 CAMERA = """\
 [camera]
@@ -21,7 +24,7 @@ distortion = [0.1, 0.0, 0.0, 0.0, 0.0]
 
 def test_a_session_loads_with_its_defaults(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
-    session = load_session(folder, lambda _: Robot(MARKERS))
+    session = load_session(folder, load_robot)
     assert (session.name, session.warmup_s, session.seed, session.robot_file) == ("pool", 1.0, 0, None)
     assert (session.camera.fps, session.camera.scale_length_m, session.camera.calibration) == (
         60.0,
@@ -41,15 +44,9 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
         SESSION_TOML.replace("0.142\n", '0.142\ncalibration = "cam.toml"\n') + '[robot]\nfile = "robot.toml"\n',
     )
     (folder / "cam.toml").write_text(CAMERA)
-    (folder / "robot.toml").write_text("")
-    asked: list[Path | None] = []
-
-    def robot_of(file: Path | None) -> Robot:
-        asked.append(file)
-        return Robot(MARKERS)
-
-    session = load_session(folder, robot_of)
-    assert asked == [folder / "robot.toml"]
+    shutil.copyfile(FILE, folder / "robot.toml")
+    session = load_session(folder, load_robot)
+    assert session.robot_file == folder / "robot.toml"
     assert session.camera.calibration is not None
     assert session.camera.calibration.distortion == (0.1, 0.0, 0.0, 0.0, 0.0)
     assert session.camera.calibration.height_above_water_m is None
@@ -123,12 +120,10 @@ def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
 
 @pytest.mark.parametrize("scale", ["14.2", "0.05"])
 def test_a_scale_length_in_another_unit_is_one_fault_of_the_file(tmp_path: Path, scale: str) -> None:
-    message = faults_of(
-        make_session(tmp_path / "pool", SESSION_TOML.replace("0.142", scale)), robot_of=lambda _: Robot(MARKERS)
-    )
+    message = faults_of(make_session(tmp_path / "pool", SESSION_TOML.replace("0.142", scale)), robot_of=load_robot)
     assert message.endswith(
         f"session.toml: line 6, camera.scale_length_m: not the scale length of the robot; found {scale}; expected "
-        "about 0.142 m, from nose to neck of fish. Is it in metres, and is the robot right?"
+        "about 0.142 m, from nose to neck of fish_057. Is it in metres, and is the robot right?"
     )
 
 
@@ -215,7 +210,7 @@ def test_nose_and_neck_exchanged_in_every_trial_are_called_that_once(tmp_path: P
             rows[:10] = [row.rsplit(",", 2)[0] + ",," for row in rows[:10]]
         first = "time_s,neck_x,neck_y,nose_x,nose_y,tail_1_x,tail_1_y\n" if header else ""
         (folder / f"{name}.csv").write_text(first + "\n".join(rows) + "\n")
-    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
+    message = faults_of(folder, robot_of=load_robot)
     assert message.count("nose and neck are exchanged") == 1
     assert "markers.names: nose and neck are exchanged; found in every trial (slow, fast) the markers of" in message
     assert "Exchange the two names" in message
@@ -229,8 +224,8 @@ def test_nose_and_neck_exchanged_in_one_trial_stop_no_other(tmp_path: Path, alon
     rows = [row.split(",") for row in tracks_text().splitlines()]
     (folder / "fast.csv").write_text("".join(",".join([*r[2:4], *r[:2], *r[4:]]) + "\n" for r in rows))
     if alone:
-        message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
+        message = faults_of(folder, robot_of=load_robot)
         assert "trial[0].tracks: nose and neck are exchanged in trial fast; found the markers of the tail on" in message
     else:
-        opened = load_session(folder, robot_of=lambda _: Robot(MARKERS))
+        opened = load_session(folder, load_robot)
         assert [trial.name for trial in opened.trials] == ["slow", "fast"]

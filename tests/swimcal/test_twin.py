@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from swimcal import twin as twin_module
-from swimcal.mjcf import DRY, SWIM, build_mjcf
+from swimcal.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimcal.robot import RobotSpec
-from swimcal.runs import Runs, Trajectories
+from swimcal.runs import MarkerKinematics, Runs, Trajectories
 from swimcal.twin import Twin
+from tests.swimcal.engine_state import random_state
 from tests.swimcal.robots import FISH, every_robot
 from tests.swimcal.swims import random_runs, runs
 
@@ -165,3 +166,18 @@ def test_runs_that_are_equal_are_simulated_once_and_each_is_read_at_its_own_time
     for row in range(4):
         alone = twin.simulate(both.part(np.array([row])), times[row])
         np.testing.assert_array_equal(swum.marker_m[row], alone.marker_m[0])
+
+
+@pytest.mark.parametrize("scene", [SWIM, DRY], ids=["swim", "dry"])
+@every_robot
+def test_markers_are_where_the_engine_has_them(robot: RobotSpec, scene: Scene) -> None:
+    names = tuple(reversed(robot.markers))
+    model = build_mjcf(robot, scene=scene).compile()
+    states = [random_state(model, seed) for seed in range(20)]
+    hinges = np.array([[d.joint(name).qpos[0] for name in robot.hinges] for d in states])  # (20, h)
+    head = np.zeros((20, 3)) if scene.head_clamped else np.array([d.qpos[:3] for d in states])
+
+    places = MarkerKinematics(robot, names)(head, hinges)  # (20, m, 2)
+
+    expected = [[data.site(f"marker_{name}").xpos[:2] for name in names] for data in states]
+    np.testing.assert_allclose(places, expected, atol=1e-12)

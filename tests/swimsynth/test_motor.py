@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from calib.capture.trials import TrialPlan
 from swimsynth.disturbances import COMMAND_DELAY_S, MotorDrive, SyntheticMotor, drive, schedule
 from tests.swimsynth.plans import MOTOR
 
@@ -10,6 +11,11 @@ SMOOTH = MOTOR.model_copy(update={"ripple": (0.0, 0.0)})
 
 def driven(motor: SyntheticMotor = MOTOR, seed: int = 0) -> MotorDrive:
     return drive(motor, COMMANDED_HZ, REACHED_HZ, PHASE_RAD, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize(("hz", "seconds"), [(0.6, 6.0), (1.1, 20.0)])
+def test_the_schedule_is_that_of_a_capture(hz: float, seconds: float) -> None:
+    assert list(schedule(hz, seconds)) == list(TrialPlan("x", hz, seconds).steps())
 
 
 def test_the_schedule_begins_and_ends_when_it_should() -> None:

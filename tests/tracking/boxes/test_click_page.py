@@ -14,7 +14,7 @@ from tests.reports.test_browser import CHROMIUM, opened, requested
 from tests.tracking.boxes.drawn import NINE, Scene, draw, layout
 from tracking.body_chain import find_blobs
 from tracking.boxes import Box, StartBoxes, load_boxes
-from tracking.find_boxes import ClickBoxes
+from tracking.find_boxes import click_page
 
 in_a_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium here (chromium, chromium-browser, or set SWIMCAL_CHROMIUM)"
@@ -25,19 +25,19 @@ RGB = np.repeat(DRAWN.luma[:, :, None], 3, axis=2)
 BLOBS = find_blobs(DRAWN.luma, "bright")
 
 
-def click(**more: object) -> ClickBoxes:
-    return ClickBoxes(RGB, NINE, **{"trial": "f1_00", "layout_m": layout(), **more})  # type: ignore[arg-type]
+def click(**more: object) -> str:
+    return click_page(RGB, NINE, **{"trial": "f1_00", "layout_m": layout(), **more})  # type: ignore[arg-type]
 
 
 def test_names_cannot_break_the_page() -> None:
-    page = Page(click(trial="</script><b>").html())
+    page = Page(click(trial="</script><b>"))
 
     assert "b" not in page.tags[page.tags.index("script") :]
 
 
-def driven(folder: Path, page: ClickBoxes, script: str) -> str:
+def driven(folder: Path, page: str, script: str) -> str:
     """What is saved when a script plays the hand: `press(x, y)`, `drag(from, to)` in px of the picture, `key(name)`."""
-    (folder / "click.html").write_text(page.html())
+    (folder / "click.html").write_text(page)
     (folder / "hand.html").write_text(
         """<iframe src="click.html" style="width:1100px;height:640px;border:0"></iframe><script>
         onload = () => {
@@ -115,7 +115,7 @@ def test_nothing_can_be_saved_before_every_marker_has_a_box(tmp_path: Path) -> N
 
 @in_a_browser
 def test_the_page_asks_for_nothing(tmp_path: Path) -> None:
-    (tmp_path / "click.html").write_text(click().html())
+    (tmp_path / "click.html").write_text(click())
     shown = opened(tmp_path / "click.html", f"--log-net-log={tmp_path / 'net.json'}", "--dump-dom")
 
     assert "CONSOLE" not in shown.stderr, shown.stderr

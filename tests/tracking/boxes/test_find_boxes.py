@@ -1,18 +1,17 @@
 """Start boxes found in a picture: right at any place, heading, scale and bend, or refused with the reason."""
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from swimcal.errors import InputError
 from tests.cases import later
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, draw, layout, places_px
 from tracking.boxes import StartBoxes
 from tracking.find_boxes import find_boxes
 
-FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
 PUBLIC = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
 
 
@@ -63,12 +62,10 @@ def test_a_small_robot_in_a_large_picture_with_glints_is_found() -> None:
     assert found(scene)[1].max() < 0.5
 
 
+@needs_fishsim
 @pytest.mark.parametrize("name", [*PUBLIC[:2], *later(*PUBLIC[2:])])
 def test_the_places_of_the_public_recordings_are_recognised(name: str) -> None:
-    path = FISHSIM / f"{name}.csv"
-    if not path.exists():
-        pytest.skip(f"the public tracks are not here: {path.name} in shared/data/fishsim beside the repository")
-    places = np.loadtxt(path, delimiter=",", max_rows=1).reshape(-1, 2)
+    places = np.loadtxt(FISHSIM / f"{name}.csv", delimiter=",", max_rows=1).reshape(-1, 2)
     scene = Scene(diameter=12, body=False, noise=0)
 
     assert found(scene, places - places.mean(axis=0) + [400, 300])[1].max() < 0.5

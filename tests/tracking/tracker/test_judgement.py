@@ -7,16 +7,13 @@ import pytest
 import xarray as xr
 
 from swimcal.flags import Flag
-from swimcal.robot import load_robot
 from swimcal.tracks import as_tracks
-from tests.tracking.fish import swimming_fish
+from tests.tracking.boxes.drawn import ELEVEN, NINE
+from tests.tracking.fish import ROBOT, swimming_fish
 from tests.tracking.tracker.pool import fish
 from tracking.quality import judge
 from tracking.tracked import SampleState, with_states
 
-ROBOT = load_robot()
-NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
-ELEVEN = (*NINE, "pectoral_left", "pectoral_right")
 FRAMES = 150
 
 
