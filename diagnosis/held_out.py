@@ -103,26 +103,6 @@ def forecast_scores(
     return found
 
 
-def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
-    """Return the mean marker distance that tracking noise alone makes of one swim, as in the public contract, m.
-
-    A swim of the twin is scored against itself with noise like that of the trial on it, several times.
-
-    Args:
-        linear: the linearised model.
-        number: number of the trial in it.
-        seed: seed of the noise.
-    """
-    model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
-    trial, found = model.trial, []
-    clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
-    for _ in range(_SWIMS_DRAWN):
-        noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
-        frames = [trial.seen_head(each) for each in (clean_m, noisy_m)]
-        found.append(score(trial.seen_as(head=frames[1]), frames[0]).marker_error_m)
-    return float(np.mean(found))
-
-
 # How far the gap shrinks.
 
 
@@ -239,22 +219,22 @@ class HeldOut:
         residual = [held_out.residual]
         if best is not None:
             residual.append(residual_with(held_out, best))
-        stands = _find_standing([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
+        features = [row[: len(held_out.model.measured)].reshape(len(self.swims), -1) for row in residual]
+        stands = np.asarray(np.isfinite(features).all(axis=(0, 2)))  # (t,)
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
             return HeldOut(linear, standing, seed).gap(best, as_fitted=as_fitted)
-        after, scored = self._plain, None
-        otherwise = None
+        after, scored, otherwise = self._plain, None, None
         if best is not None:
             after = tuple(forecast_scores(linear, self.swims, best.effects, best.at, best.values))
             scored = held_out.whitened_swims(residual[1])
             if not as_fitted:
-                drawn = (
-                    held_out.residual_drawn(linear, _DRAWS, seed),
-                    residual_drawn(held_out, best, residual[1], _DRAWS, seed),
+                otherwise = (
+                    held_out.whitened_swims(held_out.residual_drawn(linear, _DRAWS, seed)),
+                    held_out.whitened_swims(residual_drawn(held_out, best, residual[1], _DRAWS, seed)),
                 )
-                otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
-        skill = skill_score(self._whitened_plain, scored, self._trial_of, seed, otherwise)
+        plain = held_out.whitened_swims(residual[0])
+        skill = skill_score(plain, scored, held_out.trial_of[held_out.scored], seed, otherwise)
         hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
@@ -271,15 +251,6 @@ class HeldOut:
             frequency_mae_after=_mae(hertz[2], hertz[0]),
             trials={each[0].name: _swim(*each) for each in swims},
         )
-
-    @cached_property
-    def _whitened_plain(self) -> np.ndarray:
-        """Whitened residual of the plain twin, (q,)."""
-        return self.held_out.whitened_swims(self.held_out.residual)
-
-    @property
-    def _trial_of(self) -> np.ndarray:
-        return self.held_out.trial_of[self.held_out.scored]
 
     @property
     def _measured_hz(self) -> np.ndarray:
@@ -312,8 +283,20 @@ class HeldOut:
 
     @cached_property
     def _noise_floor_m(self) -> float:
-        each = [noise_floor_m(self.held_out, number, self.seed) for number in range(len(self.swims))]
-        return float(np.nanmean(each))
+        """Mean marker distance that tracking noise alone makes, as in the public contract, m.
+
+        A swim of the twin is scored against itself with noise like that of the trial on it, several times.
+        """
+        linear, means = self.held_out, []
+        for number, model in enumerate(linear.model.trials):
+            trial, random, found = model.trial, np.random.default_rng([self.seed, 17, number]), []
+            clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
+            for _ in range(_SWIMS_DRAWN):
+                noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
+                clean, noisy = (trial.seen_head(each) for each in (clean_m, noisy_m))
+                found.append(score(trial.seen_as(head=noisy), clean).marker_error_m)
+            means.append(float(np.mean(found)))
+        return float(np.nanmean(means))
 
 
 def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
@@ -354,9 +337,3 @@ def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.
     """Return the mean absolute error of the forecasts that are known; nan if there are none."""
     errors = np.abs(np.subtract(forecast, measured))
     return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
-
-
-def _find_standing(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:
-    """Tell for each trial (t,) whether no twin diverged on it, from the residuals (k,) of the features."""
-    features = np.array([np.reshape(row, (trials, -1)) for row in residual])
-    return np.asarray(np.isfinite(features).all(axis=(0, 2)))
