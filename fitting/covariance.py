@@ -313,7 +313,7 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
-    return [advance_phase(root.T, np.full(root.shape[1], phase)).T for phase in phases]
+    return [advance_phase(root.T, phase).T for phase in phases]
 
 
 def _lines(blocks: Sequence[Block], fitted: Sequence[Block]) -> list[np.ndarray]:

@@ -278,16 +278,12 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
     phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
-    columns = {name: _ahead(part, phase) for name, part in late.sensitivities._asdict().items() if name != "spans"}
+    parts = {name: part for name, part in late.sensitivities._asdict().items() if name != "spans"}
+    columns = {name: advance_phase(part.T, phase).T for name, part in parts.items()}
     sensitivities = late.sensitivities._replace(**columns)
-    features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
+    features, time_step = (advance_phase(each, phase) for each in (late.features, late.time_step))
     noise = _noise(mode, window, scatter, features)
     return Block(window, sensitivities, noise, time_step, late.trial, features), phase
-
-
-def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
-    """Return columns (k, q) of features with the crank ahead by a phase, rad."""
-    return advance_phase(columns.T, np.full(columns.shape[1], phase)).T
 
 
 def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
@@ -311,7 +307,7 @@ def _condition(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block
     blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
     if early is not None:
         block, phase = early
-        blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
+        blocks, rows = [*blocks, block], [*rows, advance_phase(jacobian.T, phase).T]
         residual = np.append(residual, block.model.measured - block.features)
     total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
     slopes, count, length = np.vstack(rows), len(mode.residual), len(late.features)
