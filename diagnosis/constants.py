@@ -229,23 +229,14 @@ def perturbed_robots(twin: Twin) -> tuple[PerturbedTwin, ...]:
     """Return twins on either side of the description, for all that a robot may differ by and still be as described."""
     sources = [source for source in assumed(twin.robot).sources if source.value > 0]
     doubted = perturbed_twins(twin, [ParameterUncertainty(source, WITHIN[source.quantity]) for source in sources])
-    mass = ParameterUncertainty(_mass(twin.robot), WITHIN["mass"])
-    for heavier in (_heavier_head, _heavier_tail):
-        more, less = (twin.of_robot(heavier(twin.robot, by)) for by in (_STEP, -_STEP))
+    kg = sum(part.mass_kg for part in twin.robot.head.part)
+    mass = ParameterUncertainty(Source("mass", kg, "kg", None, (), "as described"), WITHIN["mass"])
+    for heavier in (_with_head_mass_times, RobotSpec.with_tail_mass_times):
+        more, less = (twin.of_robot(heavier(twin.robot, 1 + by)) for by in (_STEP, -_STEP))
         doubted = (*doubted, PerturbedTwin(mass, more, less, _STEP))
     return doubted
 
 
-def _mass(robot: RobotSpec) -> Source:
-    kg = sum(part.mass_kg for part in robot.head.part)
-    return Source("mass", kg, "kg", None, (), "as described")
-
-
-def _heavier_head(robot: RobotSpec, by: float) -> RobotSpec:
-    return robot.changed(
-        head={"part": tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 + by)}) for p in robot.head.part)}
-    )
-
-
-def _heavier_tail(robot: RobotSpec, by: float) -> RobotSpec:
-    return robot.with_tail_mass_times(1 + by)
+def _with_head_mass_times(robot: RobotSpec, factor: float) -> RobotSpec:
+    parts = tuple(part.model_copy(update={"mass_kg": part.mass_kg * factor}) for part in robot.head.part)
+    return robot.changed(head={"part": parts})

@@ -18,7 +18,6 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.change import weigh_refits
 from diagnosis.constants import (
     ADEQUATE,
     CALM,
@@ -37,7 +36,7 @@ from diagnosis.held_out import HeldOut, errors_of, forecast_scores
 from diagnosis.hypotheses import Assumed, Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
-from diagnosis.reference import Comparison
+from diagnosis.reference import Comparison, weigh_refits
 from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
 from diagnosis.result import Adequacy, ComparedWith, Experiment, GapSize, Remainder
 from diagnosis.unknown_effects import stage_probabilities, unknown_effects

@@ -174,7 +174,7 @@ def _everything(every: RidgeFit, gap: GapSize) -> AllEffects:
         share_of_priors=every.share,
         log_evidence_gained=every.gained,
         coefficients=FluidCoefficients(*map(float, every.refit.at)),
-        at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
+        at_bound=every.at_bound,
         strengths=tuple(Strength(*own, value) for own, value in strengths),
         gap=gap,
     )
@@ -190,11 +190,9 @@ def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
 
 def _parameters(best: Refit) -> EffectParameters:
     half = 1.96 * np.sqrt(np.diag(best.covariance))[5:]
-    every = [(effect.name, parameter) for effect in best.effects for parameter in effect.parameters]
     fitted_of: dict[str, dict[str, FittedParameter]] = {}
-    for number, (effect, parameter) in enumerate(every):
-        fitted = _parameter(parameter, float(best.values[number]), float(half[number]))
-        fitted_of.setdefault(effect, {})[parameter.name] = fitted
+    for (effect, parameter, value), own in zip(best.parameters, half, strict=True):
+        fitted_of.setdefault(effect, {})[parameter.name] = _parameter(parameter, value, float(own))
     return {effect: own if len(own) > 1 else next(iter(own.values())) for effect, own in fitted_of.items()}
 
 
@@ -217,12 +215,7 @@ def _evidence(found: Diagnosis) -> Evidence:
         squares=float(residual.value @ residual.value),
         numbers=len(residual.value),
         sets=tuple(
-            EffectSet(
-                effects=tuple(chances.names[i] for i in each.present),
-                something_else=each.other,
-                probability=chance,
-            )
-            for each, chance in likeliest
+            EffectSet(tuple(chances.names[i] for i in each.present), each.other, chance) for each, chance in likeliest
         ),
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
         refuted=found.said.refutations,

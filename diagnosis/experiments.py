@@ -176,8 +176,8 @@ def _with_a_number_more(linear: LinearModel, pair: _Pair) -> list[Experiment]:
     """
     both = zip(pair.effects, pair.strengths, strict=True)
     filmed, turned = zip(*(_hertz(linear, *each) for each in both), strict=True)
-    ways: list[tuple[str, float, ProposedTrial | None]]
     clock, crank = (abs(one - other) for one, other in (np.subtract(filmed, turned), turned))
+    ways: list[tuple[str, float, ProposedTrial | None]]
     ways = [("Put a running clock into the picture and film one more swim", clock, None)]
     if not linear.model.logged:
         again = ProposedTrial("swim", float(linear.swims[0].commanded_hz or linear.swims[0].frequency.hz), logged=True)
@@ -219,7 +219,7 @@ def _menu(linear: LinearModel) -> list[tuple[str, ProposedTrial, Twin]]:
     swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in linear.swims])
     new = [hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ]
     found = [(f"Film a swim at {hz:.1f} Hz", ProposedTrial("swim", hz), linear.twin) for hz in new]
-    if linear.has_dry:
+    if len(linear.swims) < len(linear.trials):
         return found
     describe = f"Film a dry run at {_DRY_HZ:g} Hz, the head clamped in air"
     return [*found, (describe, ProposedTrial("dry", _DRY_HZ), linear.clamped_twin)]

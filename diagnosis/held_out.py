@@ -103,26 +103,6 @@ def forecast_scores(
     return found
 
 
-def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
-    """Return the mean marker distance that tracking noise alone makes of one swim, as in the public contract, m.
-
-    A swim of the twin is scored against itself with noise like that of the trial on it, several times.
-
-    Args:
-        linear: the linearised model.
-        number: number of the trial in it.
-        seed: seed of the noise.
-    """
-    model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
-    trial, found = model.trial, []
-    clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
-    for _ in range(_SWIMS_DRAWN):
-        noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
-        frames = [trial.seen_head(each) for each in (clean_m, noisy_m)]
-        found.append(score(trial.seen_as(head=frames[1]), frames[0]).marker_error_m)
-    return float(np.mean(found))
-
-
 # How far the gap shrinks.
 
 
@@ -235,19 +215,27 @@ class HeldOut:
         """
         if not self.swims:
             return GapSize()
-        linear, residual = self.linear, [self.held_out.residual]
+        linear, held_out, seed = self.linear, self.held_out, self.seed
+        residual = [held_out.residual]
         if best is not None:
-            residual.append(residual_with(self.held_out, best))
-        stands = self._standing(residual)
-        if len(stands) < len(self.swims):
-            return replace(self, swims=stands).gap(best, as_fitted=as_fitted)
-        after, skill, without = self._plain, skill_score(self._whitened_plain, None, self._trial_of), None
+            residual.append(residual_with(held_out, best))
+        features = [row[: len(held_out.model.measured)].reshape(len(self.swims), -1) for row in residual]
+        stands = np.asarray(np.isfinite(features).all(axis=(0, 2)))  # (t,)
+        if not stands.all():
+            standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
+            return HeldOut(linear, standing, seed).gap(best, as_fitted=as_fitted)
+        plain, trial_of = held_out.whitened_swims(residual[0]), held_out.trial_of[held_out.scored]
+        after, skill, without = self._plain, skill_score(plain, None, trial_of), None
         if best is not None:
             after = tuple(forecast_scores(linear, self.swims, best.effects, best.at, best.values))
-            plain, scored, *drawn = self._whitened(best, residual[1])
-            either = (None, None) if as_fitted else ((drawn[0], drawn[1]), (drawn[1], drawn[0]))
-            skill = skill_score(plain, scored, self._trial_of, self.seed, either[0])
-            without = skill_score(scored, plain, self._trial_of, self.seed, either[1]).interval
+            scored, drawn = held_out.whitened_swims(residual[1]), None
+            if not as_fitted:
+                drawn = (
+                    held_out.whitened_swims(held_out.residual_drawn(linear, _DRAWS, seed)),
+                    held_out.whitened_swims(residual_drawn(held_out, best, residual[1], _DRAWS, seed)),
+                )
+            skill = skill_score(plain, scored, trial_of, seed, drawn)
+            without = skill_score(scored, plain, trial_of, seed, drawn and drawn[::-1]).interval
         hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
@@ -265,35 +253,6 @@ class HeldOut:
             frequency_mae_after=_mae(hertz[2], hertz[0]),
             trials={each[0].name: _swim(*each) for each in swims},
         )
-
-    def _standing(self, residual: Sequence[np.ndarray]) -> tuple[MeasuredTrial, ...]:
-        """Return the swims on which no twin diverged, from the residuals (k,) of each."""
-        features = len(self.held_out.model.measured)
-        stands = _find_standing([row[:features] for row in residual], len(self.swims))
-        return tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
-
-    def _whitened(self, best: Refit, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return whitened residuals (q,) without and with the effects, and draws (d, q) of each as it might be."""
-        held_out, plain = self.held_out, self._whitened_plain
-        drawn = (
-            held_out.residual_drawn(self.linear, _DRAWS, self.seed),
-            residual_drawn(held_out, best, residual, _DRAWS, self.seed),
-        )
-        return (
-            plain,
-            held_out.whitened_swims(residual),
-            held_out.whitened_swims(drawn[0]),
-            held_out.whitened_swims(drawn[1]),
-        )
-
-    @cached_property
-    def _whitened_plain(self) -> np.ndarray:
-        """Whitened residual of the plain twin, (q,)."""
-        return self.held_out.whitened_swims(self.held_out.residual)
-
-    @property
-    def _trial_of(self) -> np.ndarray:
-        return self.held_out.trial_of[self.held_out.scored]
 
     @property
     def _measured_hz(self) -> np.ndarray:
@@ -326,8 +285,20 @@ class HeldOut:
 
     @cached_property
     def _noise_floor_m(self) -> float:
-        each = [noise_floor_m(self.held_out, number, self.seed) for number in range(len(self.swims))]
-        return float(np.nanmean(each))
+        """Mean marker distance that tracking noise alone makes, as in the public contract, m.
+
+        A swim of the twin is scored against itself with noise like that of the trial on it, several times.
+        """
+        linear, means = self.held_out, []
+        for number, model in enumerate(linear.model.trials):
+            trial, random, found = model.trial, np.random.default_rng([self.seed, 17, number]), []
+            clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
+            for _ in range(_SWIMS_DRAWN):
+                noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
+                clean, noisy = (trial.seen_head(each) for each in (clean_m, noisy_m))
+                found.append(score(trial.seen_as(head=noisy), clean).marker_error_m)
+            means.append(float(np.mean(found)))
+        return float(np.nanmean(means))
 
 
 def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
@@ -368,9 +339,3 @@ def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.
     """Return the mean absolute error of the forecasts that are known; nan if there are none."""
     errors = np.abs(np.subtract(forecast, measured))
     return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
-
-
-def _find_standing(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:
-    """Tell for each trial (t,) whether no twin diverged on it, from the residuals (k,) of the features."""
-    features = np.array([np.reshape(row, (trials, -1)) for row in residual])
-    return np.asarray(np.isfinite(features).all(axis=(0, 2)))

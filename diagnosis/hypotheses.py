@@ -25,7 +25,7 @@ from diagnosis.constants import (
     SCALES,
     UNLIKELY,
 )
-from diagnosis.effect_response import effect_responses
+from diagnosis.effect_response import EffectResponse, effect_responses
 from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import LocalDiscrepancy
@@ -344,13 +344,10 @@ def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequ
     mixed, found = evidence(hypotheses.like_any), []
     if mixed - evidence(hypotheses.loose) < MIXED:
         return ()
-    features = len(linear.model.measured)
-    frequencies = slice(features, features + linear.model.frequencies)
     for effect, each in enumerate(hypotheses.effects):
         if each.ways and effect not in present:
             others = [other for other in hypotheses.effects if other is not each]
-            without = Residual.of(linear.space, linear.residual, linear.generic, others, frequencies)
-            if mixed - evidence(without) >= NEEDED:
+            if mixed - evidence(_against(linear, others)) >= NEEDED:
                 found.append(effect)
     return tuple(found)
 
@@ -363,12 +360,18 @@ def _hypotheses(
 ) -> Hypotheses:
     parts = linear.parts if priors.by_part else None
     effects, features = effect_responses(signatures, linear.space, priors.strongest, parts), len(linear.model.measured)
-    frequencies = slice(features, features + linear.model.frequencies)
     return Hypotheses(
-        like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),
+        like_any=_against(linear, effects),
         loose=Residual.of(linear.space, linear.residual, linear.generic),
         effects=effects,
         priors=priors,
         not_features=slice(features, features + linear.model.beside),
         places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
     )
+
+
+def _against(linear: LinearModel, effects: Sequence[EffectResponse]) -> Residual:
+    """Return the residual against an unknown effect like these."""
+    features = len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
+    return Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies)

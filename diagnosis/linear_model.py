@@ -121,7 +121,9 @@ class LinearModel:
         residual = residual_row(model, at)
         if not (disturbances.finite and np.isfinite(residual).all()):
             raise SimulationDiverged("the plain twin diverged at the fitted coefficients; fit the session again")
-        found = cls(model, camera, at, discrepancy, _placement_uncertainty(model, residual, disturbances), disturbances)
+        placed = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances, model.observed)
+        off = PlacementUncertainty(max(placed.box_m, _LEAST_BOX_M), TAKEN.marker_m)  # effects explain what trials share
+        found = cls(model, camera, at, discrepancy, off, disturbances)
         found.__dict__["residual"] = residual
         return found
 
@@ -231,11 +233,6 @@ class LinearModel:
         return np.array([whole == number for number in np.unique(whole)])
 
     @property
-    def has_dry(self) -> bool:
-        """Return whether there is a dry run."""
-        return len(self.swims) < len(self.trials)
-
-    @property
     def clamped_twin(self) -> Twin:
         """The plain twin with its head clamped in air."""
         return _clamp(self.twin)
@@ -305,14 +302,6 @@ class LinearModel:
     def space(self) -> Whitened:
         """Whitened residual space: all that disturbs the row has unit size, and coefficients are free."""
         return Whitened.of(self.covariance, self.slopes, self.prior_sd)
-
-
-def _placement_uncertainty(
-    model: SessionModel, residual: np.ndarray, disturbances: NuisanceModel
-) -> PlacementUncertainty:
-    """Fit the error of boxes to the differences between trials; effects explain what trials have in common."""
-    found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances, model.observed)
-    return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 
 def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 1.0) -> np.ndarray:

@@ -14,9 +14,18 @@ The sizes of the smooth error, of the discrepancy and of what differs between la
 makes likeliest. A few swims do not tell how wrong that covariance is of other launches at other commands: all that is
 not foretold is wider by what the reference's swims miss of each other (`Comparison.leave_one_out_error`), or by more
 still (`assumptions`).
+
+A strong change is not linear in its strength. `weigh_refits` therefore refits the few likeliest effects by simulation,
+and weighs them by what they leave: normal noise, an unknown effect besides, and the effect's form error, a share of
+each part of what it explains and the same share without structure:
+
+    I + e^2 F F' + (e^2 |F|^2 + u^2) G,        F: the parts of the refitted response
+
+with e and u averaged over their grids, and strengths by Laplace's approximation (MacKay 2003, chapter 28). At most one
+effect changed: two that act together are `unexplained`, or the stronger one beside something else.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -24,6 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
 from diagnosis.constants import (
     BETWEEN_LAUNCHES,
@@ -37,9 +47,10 @@ from diagnosis.constants import (
 )
 from diagnosis.discrepancy import generic_covariance
 from diagnosis.effect_response import EffectResponse
-from diagnosis.evidence import Hypotheses
-from diagnosis.hypotheses import Assumed
+from diagnosis.evidence import Hypotheses, covariances_of_rest
+from diagnosis.hypotheses import Assumed, Hypothesis, Probabilities
 from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_launch
+from diagnosis.refit import Refit
 from diagnosis.result import ComparedWith, Visible
 from fitting.affected_trials import with_picture
 from fitting.covariance import LN_LENGTH
@@ -51,6 +62,7 @@ from fitting.trial import MeasuredTrial
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
+_REFITTED = 4  # effects that are refitted, the likeliest
 _HELD_SD = np.full(5, 1e-4)  # What is left to the coefficients is in the covariance already.
 
 
@@ -302,7 +314,8 @@ class Comparison:
     @cached_property
     def _of_launch(self) -> np.ndarray:
         """Covariance (k, k) of what usually differs from launch to launch, but for the drive."""
-        return self._between_launches(of_drive=False) + np.diag(self._scatter**2)
+        course = np.concatenate([scatter_of_launch(self.joint.model), np.zeros(self.joint.model.beside)])
+        return self._between_launches(of_drive=False) + np.diag(course**2)
 
     @cached_property
     def _of_drive(self) -> np.ndarray:
@@ -320,11 +333,6 @@ class Comparison:
         together = np.equal.outer(trial_of, trial_of) & (trial_of >= 0)
         every = np.hstack([np.zeros((len(trial_of), 0)), *columns])
         return np.asarray((every @ every.T) * together)
-
-    @cached_property
-    def _scatter(self) -> np.ndarray:
-        """Standard deviations (k,) of course and slides between launches."""
-        return np.concatenate([scatter_of_launch(self.joint.model), np.zeros(self.joint.model.beside)])
 
     @cached_property
     def _smooth(self) -> np.ndarray:
@@ -359,3 +367,73 @@ def _visible(effect: Effect, response: EffectResponse) -> Visible | None:
     needed, number, inside = min(found)
     parameter = effect.parameters[number]
     return Visible(parameter.name, needed * parameter.sd, parameter.unit, inside)
+
+
+# Weights after refits.
+
+
+def candidates(hypotheses: Hypotheses) -> tuple[str, ...]:
+    """Return the effects to refit: those that alone are likeliest, with or without an unknown one."""
+    shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
+    weight = {i: max(hypotheses.evidence((i,), other) for other in (False, True)) for i in shows}
+    return tuple(hypotheses.effects[i].name for i in sorted(shows, key=lambda i: -weight[i])[:_REFITTED])
+
+
+def weigh_refits(
+    linear: LinearModel,
+    hypotheses: Hypotheses,
+    found: Probabilities,
+    refitting: Callable[[Sequence[str]], Refit],
+) -> tuple[Probabilities, Mapping[str, Refit]]:
+    """Weigh single changes anew; how probable any change is stays.
+
+    Args:
+        linear: the linearised model of the changed session.
+        hypotheses: its hypotheses.
+        found: their probabilities by linear responses.
+        refitting: refits the twin with named effects.
+
+    Returns:
+        The probabilities, and the refits by the effect's name.
+    """
+    refits = {name: refitting([name]) for name in candidates(hypotheses)}
+    every, priors = len(hypotheses.effects), hypotheses.priors
+    logs = {}
+    for each in found.of:
+        if each.present or each.other:
+            names = [found.names[i] for i in each.present]
+            evidence = (
+                evidence_of(linear, hypotheses, refits[names[0]], each.other)
+                if names and names[0] in refits
+                else hypotheses.evidence(each.present, each.other)
+            )
+            logs[each] = evidence + priors.log_prior(len(each.present), each.other, every)
+    odds = found.look_alike
+    if odds is not None:
+        logs = {key: log + float(np.log1p(odds[int(key.other), list(key.present)]).sum()) for key, log in logs.items()}
+    total, rest = logsumexp(list(logs.values())), 1 - found.null
+    chances = {key: rest * float(np.exp(log - total)) for key, log in logs.items()}
+    return Probabilities(found.names, {Hypothesis(()): found.null} | chances, found.at_place, odds), refits
+
+
+def evidence_of(linear: LinearModel, hypotheses: Hypotheses, fit: Refit, other: bool) -> float:
+    """Return the log evidence of a refitted twin, comparable with `Hypotheses.evidence`.
+
+    Args:
+        linear: the linearised model.
+        hypotheses: its hypotheses.
+        fit: the refitted twin.
+        other: whether there is an unknown effect besides.
+    """
+    seen, priors = hypotheses.like_any, hypotheses.priors
+    response = linear.residual - fit.residual
+    left = seen.turn @ linear.space.projected(fit.residual)
+    form = seen.turn @ linear.space.projected(linear.parts * response).T  # (q, g)
+    size = float(np.linalg.norm(linear.space.projected(response)))
+    found = [
+        -0.5 * (float(rest.products(left[:, None])[0, 0]) + rest.volume)
+        for rest in covariances_of_rest(seen, form, size, priors, other)
+    ]
+    known = np.sqrt(np.diag(fit.covariance))[len(fit.at) :]
+    occam = float(np.log(np.minimum(known / fit.width, 1.0)).sum() - 0.5 * ((fit.values / fit.width) ** 2).sum())
+    return float(logsumexp(found) - np.log(len(found))) + occam

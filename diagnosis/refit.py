@@ -79,9 +79,22 @@ class Refit:
     @property
     def bounds(self) -> np.ndarray:
         """Lowest and highest coefficients and values, (2, 5 + p)."""
-        parameters = [parameter for effect in self.effects for parameter in effect.parameters]
-        ends = [COEFFICIENT_BOUNDS] * len(self.at) + [(each.low, each.high) for each in parameters]
-        return np.array(ends, float).T
+        return _bounds(self.effects)
+
+    @property
+    def parameters(self) -> list[tuple[str, Parameter, float]]:
+        """The name of its effect, each parameter, and its value."""
+        every = [(effect.name, parameter) for effect in self.effects for parameter in effect.parameters]
+        return [(*each, float(value)) for each, value in zip(every, self.values, strict=True)]
+
+    @property
+    def width(self) -> np.ndarray:
+        """Prior standard deviation (p,) of each value, wider where its effect is stronger, by one factor for each."""
+        found = [np.zeros(0)]
+        for effect in self.effects:
+            sd = np.array([parameter.sd for parameter in effect.parameters])
+            found.append(sd * max(1.0, float(np.sqrt(np.mean((self.by_effect[effect.name] / sd) ** 2)))))
+        return np.concatenate(found)
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
@@ -167,18 +180,7 @@ def refit_from(
 
 def residual_with(linear: LinearModel, best: Refit) -> np.ndarray:
     """Return the residual (k,) of other swims with a refitted twin; nan where it diverged."""
-    return residual_at(linear, best, best.values[None])[0]
-
-
-def residual_at(linear: LinearModel, best: Refit, values: np.ndarray) -> np.ndarray:
-    """Return the residuals (s, k) of a refitted twin with other values of its effects; nan where it diverged.
-
-    Args:
-        linear: the linearised model of the swims.
-        best: the refitted twin.
-        values: (s, p) values of its effects.
-    """
-    return _Joint(linear, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
+    return _Joint(linear, best.effects).rows(np.append(best.at, best.values)[None])[0]
 
 
 def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws: int, seed: int) -> np.ndarray:
@@ -198,6 +200,12 @@ def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws
     return residual - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
 
 
+def _bounds(effects: Sequence[Effect]) -> np.ndarray:
+    """Return the lowest and highest coefficients and values of effects, (2, 5 + p)."""
+    parameters = [(each.low, each.high) for effect in effects for each in effect.parameters]
+    return np.array([COEFFICIENT_BOUNDS] * 5 + parameters, float).T
+
+
 class _Joint:
     """Swims and the twin with effects, at points (5 + p,) of coefficients and values."""
 
@@ -210,8 +218,7 @@ class _Joint:
         self.sd = np.append(linear.prior_sd, WIDER * own if width is None else width)
         self._step_sd = _STEP_SD * own
         self.mean = np.concatenate([linear.at, np.zeros(len(parameters))])
-        self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
-        self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])
+        self.low, self.high = _bounds(self.effects)
         self._root = linear.with_gap.root
 
     def rows(self, points: np.ndarray) -> np.ndarray:
@@ -292,18 +299,13 @@ class RidgeFit(NamedTuple):
     @property
     def strengths(self) -> dict[tuple[str, str], float]:
         """Strength of each parameter of each effect, in standard deviations of its prior."""
-        return {(name, each.name): value / each.sd for name, each, value in self._parameters}
+        return {(name, each.name): value / each.sd for name, each, value in self.refit.parameters}
 
     @property
     def at_bound(self) -> tuple[tuple[str, str], ...]:
         """Parameters that are at a bound."""
-        ends = ((name, each, value, (each.low, each.high)) for name, each, value in self._parameters)
+        ends = ((name, each, value, (each.low, each.high)) for name, each, value in self.refit.parameters)
         return tuple((name, each.name) for name, each, value, both in ends if value != 0.0 and value in both)
-
-    @property
-    def _parameters(self) -> list[tuple[str, Parameter, float]]:
-        parameters = [(effect.name, parameter) for effect in self.refit.effects for parameter in effect.parameters]
-        return [(*each, float(value)) for each, value in zip(parameters, self.refit.values, strict=True)]
 
 
 def ridge_fit(

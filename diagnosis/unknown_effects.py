@@ -149,7 +149,7 @@ def unknown_effects(
         "water": _of_water(linear.twin.robot, forces, swims),
         "structure": _of_structure(linear.twin.robot, forces, swims),
         "tendons": _of_tendons(linear.twin.robot, forces, swims),
-        "drive": _of_drive(linear),
+        "drive": iter([("frequency", other_frequencies(linear))]),
         "camera": iter([("markers", of_features(linear, linear.disturbances.per_marker))]),
     }
     found: dict[str, dict[GapComponent, np.ndarray]] = {}
@@ -203,17 +203,11 @@ def _of_water(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) 
 
 def _of_structure(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the columns (k, h) of each law of the hinges, and (k, 4) of masses."""
-    hinges = np.arange(len(robot.hinges))
     for name, law in _OF_HINGES.items():
-        yield (
-            name,
-            np.column_stack(
-                [
-                    _row(forces, swims, [swim.of_torques(law(swim) * (hinges == hinge)) for swim in swims])
-                    for hinge in hinges
-                ]
-            ),
+        acting = (
+            [swim.of_torques(law(swim) * hinge) for swim in swims] for hinge in np.eye(len(robot.hinges), dtype=bool)
         )
+        yield name, np.column_stack([_row(forces, swims, each) for each in acting])
     yield "mass", _of_shapes(robot, forces, swims, [-swim.rate(swim.motion.velocity) for swim in swims])
 
 
@@ -224,25 +218,12 @@ def _of_tendons(robot: RobotSpec, forces: ForceResponses, swims: Sequence[_Swim]
     """
     side = np.cumprod([-1.0 if segment.tendon_crosses else 1.0 for segment in robot.tail.segment])
     for name, power in (("pull", 0), ("pull with speed", 1)):
-        yield (
-            name,
-            np.column_stack(
-                [
-                    _row(
-                        forces,
-                        swims,
-                        [swim.of_torques(swim.hz**power * np.outer(swim.beat[:, number], pattern)) for swim in swims],
-                    )
-                    for pattern in (np.ones_like(side), side)
-                    for number in range(PER_JOINT)
-                ]
-            ),
+        acting = (
+            [swim.of_torques(swim.hz**power * np.outer(swim.beat[:, number], pattern)) for swim in swims]
+            for pattern in (np.ones_like(side), side)
+            for number in range(PER_JOINT)
         )
-
-
-def _of_drive(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the columns (k, f) of a clock or crank that turns at other frequencies."""
-    yield "frequency", other_frequencies(linear)
+        yield name, np.column_stack([_row(forces, swims, each) for each in acting])
 
 
 def _of_shapes(
@@ -258,11 +239,8 @@ def _of_shapes(
     shapes = np.zeros((4, len(area_m2)))
     shapes[0, 0] = shapes[3, -1] = 1.0
     shapes[1, 1:-1], shapes[2, 1:-1] = 1 - tail, tail
-    columns = []
-    for shape in shapes:
-        acting = [swim.of_forces(area_m2 * shape * force) for swim, force in zip(swims, pushed, strict=True)]
-        columns.append(_row(forces, swims, acting))
-    return np.column_stack(columns)
+    acting = ([swim.of_forces(area_m2 * shape * n) for swim, n in zip(swims, pushed, strict=True)] for shape in shapes)
+    return np.column_stack([_row(forces, swims, each) for each in acting])
 
 
 def _row(forces: ForceResponses, swims: Sequence[_Swim], acting: Sequence[np.ndarray]) -> np.ndarray:

@@ -36,7 +36,6 @@ from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
 from diagnosis.result import GapSize, VerdictName, WithdrawnEffects
-from swimcal.effects.effect import Effect
 
 Refitting = Callable[[Sequence[str]], Refit]
 
@@ -131,16 +130,9 @@ def _group(found: Probabilities, before: list[tuple[int, ...]], shift: float) ->
     return None
 
 
-class Eliminated(NamedTuple):
-    """The twin with the effects that stay, and the names of those that do not, in the order of their removal."""
-
-    best: Refit
-    gone: tuple[str, ...]
-
-
 def backward_elimination(
     linear: LinearModel, best: Refit, refitting: Refitting, priors: Priors, catalogue: int
-) -> Eliminated:
+) -> tuple[Refit, tuple[str, ...]]:
     """Keep as many effects as the fitted trials support; at least one.
 
     Args:
@@ -149,6 +141,9 @@ def backward_elimination(
         refitting: refits the twin with named effects.
         priors: prior probabilities.
         catalogue: number of effects in the catalogue.
+
+    Returns:
+        The twin with the effects that stay, and the names of the others in the order of their removal.
     """
     least = float(logit(HELD * (1 + priors.look_alike)))
     gone: tuple[str, ...] = ()
@@ -161,7 +156,7 @@ def backward_elimination(
         if log_odds[weakest] > least:
             break
         gone, best = (*gone, names[weakest]), fewer[weakest]
-    return Eliminated(best, gone)
+    return best, gone
 
 
 def log_evidence(linear: LinearModel, fit: Refit) -> float:
@@ -177,18 +172,12 @@ def log_evidence(linear: LinearModel, fit: Refit) -> float:
     """
     space = linear.with_gap_in(fit.residual)
     white = solve_triangular(space.root, fit.residual, lower=True)
-    width = np.concatenate([linear.prior_sd, *(_width(effect, fit.by_effect[effect.name]) for effect in fit.effects)])
+    width = np.append(linear.prior_sd, fit.width)
     off, precision = np.concatenate([fit.at - linear.at, fit.values]), fit.precision(width)
     pull = (width**-2.0 - fit.taken**-2.0) * off  # the likeliest point moves as the prior does
     volume = -0.5 * float(np.linalg.slogdet(precision)[1]) - float(np.log(width).sum())
     likelihood = -0.5 * float(white @ white) - float(np.log(np.diag(space.root)).sum())
     return likelihood + volume - 0.5 * float((off / width) @ (off / width) - pull @ np.linalg.solve(precision, pull))
-
-
-def _width(effect: Effect, values: np.ndarray) -> np.ndarray:
-    """Return the prior standard deviation of each parameter, (p,)."""
-    sd = np.array([parameter.sd for parameter in effect.parameters])
-    return np.asarray(sd * max(1.0, float(np.sqrt(np.mean((values / sd) ** 2)))))
 
 
 class Validated(NamedTuple):

@@ -22,9 +22,10 @@ from diagnosis.places import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
 from diagnosis.result import GapShares, MissingForces
 from fitting.covariance import harmonic_decay
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
-from fitting.features import COURSE, SPEED, advance_phase, harmonics_of, marker_part, marker_slice, places_of_slides
+from fitting.features import COURSE, SPEED, harmonics_of, marker_part, marker_slice, places_of_slides
 from fitting.signatures import Signature, pieces
 from fitting.trial import HARMONICS
+from fitting.trial_model import slope_of_phase
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency", "ringing")
@@ -99,14 +100,6 @@ def decompose(
     )
 
 
-def ripple_features(features: np.ndarray) -> np.ndarray:
-    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
-
-    It runs ahead by a cosine or sine of one or two turns.
-    """
-    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
-
-
 def _components(
     linear: LinearModel,
     responses: ForceResponses,
@@ -128,9 +121,7 @@ def _components(
     found[GapComponent("camera", "beating")] = _in_each_trial(linear, _beats)
     found[GapComponent("camera", "sliding")] = _in_each_trial(linear, _slides)
     found[GapComponent("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
-    found[GapComponent("drive", "ripple")] = _in_each_trial(
-        linear, lambda features: _RIPPLE_RAD * ripple_features(features)
-    )
+    found[GapComponent("drive", "ripple")] = _in_each_trial(linear, _ripples)
     found[GapComponent("drive", "frequency")] = other_frequencies(linear)
     found[GapComponent("tail", "free decays")] = (
         _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
@@ -203,11 +194,14 @@ def other_frequencies(linear: LinearModel) -> np.ndarray:
     return columns
 
 
+def _ripples(features: np.ndarray) -> np.ndarray:
+    """Return columns (g, 4) of a crank that runs ahead by a cosine or sine of one or two turns."""
+    return _RIPPLE_RAD * np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
     """Return the change (g,) of features, per rad, if the crank runs ahead by a cosine, or sine, of `order` turns."""
-    step = 1e-4
-    slope = (advance_phase(features, step) - advance_phase(features, -step)) / (2 * step)
-    rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
+    rates = harmonics_of(slope_of_phase(features))  # (m, 2, 3) complex, Re(rate exp(i h turn))
     ahead = -1j if sine else 1.0 + 0j
     result = np.zeros_like(features)
     beats = marker_part(result)

@@ -194,13 +194,10 @@ def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Se
         fitted_speed: (n,) forward speeds, m/s.
         hz: (k,) frequencies of the forecasts.
     """
-    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
-    if len(x) == 0:
-        return [float("nan")] * len(at)
-    if np.ptp(x) > 0:
-        slope, constant = np.polyfit(x, y, 1)
-        return list(map(float, constant + slope * at))
-    return list(map(float, np.mean(y / x) * at))
+    if not len(fitted_hz) or np.ptp(fitted_hz) == 0:
+        return speed_constant_stride(fitted_hz, fitted_speed, hz)
+    slope, constant = np.polyfit(fitted_hz, fitted_speed, 1)
+    return [float(constant + slope * each) for each in hz]
 
 
 def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
@@ -213,13 +210,12 @@ def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], h
         fitted_speed: (n,) forward speeds, m/s.
         hz: (k,) frequencies of the forecasts.
     """
-    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
-    if len(x) == 0 or (y <= 0).any():
-        return [float("nan")] * len(at)
-    if np.ptp(x) == 0:
+    if not len(fitted_speed) or (np.array(fitted_speed) <= 0).any():
+        return [float("nan")] * len(hz)
+    if np.ptp(fitted_hz) == 0:
         return speed_constant_stride(fitted_hz, fitted_speed, hz)
-    power, constant = np.polyfit(np.log(x), np.log(y), 1)
-    return list(map(float, np.exp(constant) * at**power))
+    power, constant = np.polyfit(np.log(fitted_hz), np.log(fitted_speed), 1)
+    return list(map(float, np.exp(constant) * np.array(hz, float) ** power))
 
 
 def speed_constant_stride(

@@ -248,8 +248,7 @@ PUBLISHED = ResultFile("published.json", PublishedResult)
 
 def published_result(fit: PublishedFit, trials: tuple[CalibratedTrial, ...]) -> PublishedResult:
     """Convert a published search into its record."""
-    of_role = {role: [t for t in trials if t.measured.role == role] for role in ("fit", "holdout")}
-    summary = {role: summarise(chosen) for role, chosen in of_role.items()}
+    summary = {role: summarise([t for t in trials if t.measured.role == role]) for role in ("fit", "holdout")}
     return PublishedResult(fit, summary, {t.measured.name: _trial(t, None) for t in trials})
 
 

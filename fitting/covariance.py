@@ -207,8 +207,8 @@ class Covariance:
             start: standard deviations to begin with.
         """
         free = self.fixed + COEFFICIENT_SD**2 * jacobian @ jacobian.T
-        units = [self.units[component.name] for component in COMPONENTS]
-        mean, sd = _LN_MEDIAN, _LN_SD
+        names = [component.name for component in COMPONENTS]
+        units, mean, sd = [self.units[name] for name in names], _LN_MEDIAN, _LN_SD
 
         def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
             shares = np.exp(2 * ln_sizes)
@@ -221,11 +221,10 @@ class Covariance:
             slope = np.array([share * (inner * unit).sum() for share, unit in zip(shares, units, strict=True)])
             return float(value), slope + off / sd
 
-        begin = np.log([start[component.name] for component in COMPONENTS])
+        begin = np.log([start[name] for name in names])
         options = {"maxiter": _ITERATIONS, "ftol": 1e-6}
         within = list(zip(mean - _FARTHEST * sd, mean + _FARTHEST * sd, strict=True))
         found = minimize(deviance, begin, jac=True, method="L-BFGS-B", bounds=within, options=options)
-        names = [component.name for component in COMPONENTS]
         return dict(zip(names, map(float, np.exp(found.x)), strict=True)), float(found.fun)
 
 
@@ -314,7 +313,7 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
-    return [advance_phase(root.T, np.full(root.shape[1], phase)).T for phase in phases]
+    return [advance_phase(root.T, phase).T for phase in phases]
 
 
 def _lines(blocks: Sequence[Block], fitted: Sequence[Block]) -> list[np.ndarray]:

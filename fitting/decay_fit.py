@@ -10,7 +10,6 @@ after it.
 
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -73,7 +72,7 @@ def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit
     problem = _Problem(trial, twin, spectrum)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         matched = problem.match(robot.tail.hinge_stiffness_n_m, ratio_s)
-        return _assemble(problem, _descend(problem, problem.start(*matched)), matched[0])
+        return _assemble(problem, *_descend(problem, problem.start(*matched)), matched[0])
 
 
 class _Problem:
@@ -185,16 +184,12 @@ class _Problem:
         return np.where(bad, np.inf, cost)
 
 
-class _Descent(NamedTuple):
-    """End of the search: the p parameters, the regression there, and whether it settled."""
+def _descend(problem: _Problem, x: np.ndarray) -> tuple[np.ndarray, Regression, bool]:
+    """Descend by Gauss-Newton under a first guess of the noise until it is near, then under the noise found there.
 
-    x: np.ndarray
-    result: Regression
-    converged: bool
-
-
-def _descend(problem: _Problem, x: np.ndarray) -> _Descent:
-    """Descend by Gauss-Newton under a first guess of the noise until it is near, then under the noise found there."""
+    Returns:
+        Where it ends, (p,), the regression there, and whether it settled.
+    """
     noise, found = FIRST_NOISE, False
     for _ in range(ITERATIONS):
         model = problem.linearise(x)
@@ -207,9 +202,9 @@ def _descend(problem: _Problem, x: np.ndarray) -> _Descent:
         errors = np.sqrt(np.diag(guess.covariance)[:2])
         if found and (np.abs(guess.step[:2]) < np.maximum(SETTLED, SETTLED_SE * errors)).all():
             result = regress(model)
-            return _Descent(x + result.step, result, True)
+            return x + result.step, result, True
         x = x + guess.step if _size(guess) < NEAR else _search(problem, x, guess.step, noise)
-    return _Descent(x, regress(problem.linearise(x)), False)
+    return x, regress(problem.linearise(x)), False
 
 
 def _size(guess: Regression) -> float:
@@ -223,8 +218,9 @@ def _search(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: LastingNo
     return tried[int(np.argmin(problem.costs(tried, noise)))]
 
 
-def _assemble(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float) -> DecayFit:
-    x, result, converged = descent
+def _assemble(
+    problem: _Problem, x: np.ndarray, result: Regression, converged: bool, matched_stiffness_n_m: float
+) -> DecayFit:
     trial, spectrum, k = problem.trial, problem.spectrum, len(problem.trial.markers)
     stiffness, damping = np.exp(x[:2])
     relative = np.sqrt(np.diag(result.covariance)[:2] + STEP_SE**2)

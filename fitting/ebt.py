@@ -274,7 +274,10 @@ def published_motion(swim: TailSwim) -> TailMotion:
     good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
     step = max(1, round(PUBLISHED_STEP_S / float(np.median(np.diff(swim.time_s)))))  # frames
     rate = (swim.tip_m[step:, 1, 1] - swim.tip_m[:-step, 1, 1]) / (swim.time_s[step:] - swim.time_s[:-step])
-    return _mean_squares(rate, good[step:, 1] & good[:-step, 1], *_slope(swim.tip_m, good))
+    along, aside = np.moveaxis(swim.tip_m[:, 1] - swim.tip_m[:, 0], -1, 0)
+    sloped = good.all(axis=1) & (np.abs(along) > 1e-6)
+    seen = rate[good[step:, 1] & good[:-step, 1]], aside[sloped] / along[sloped]
+    return TailMotion(*(np.array((each**2).mean() if len(each) else np.nan) for each in seen))
 
 
 def pool_motion(swim: TailSwim) -> TailMotion:
@@ -317,20 +320,6 @@ def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.nda
     window = min(window, len(flat) - 1 + len(flat) % 2)
     smooth = savgol_filter(flat, window, min(ORDER, window - 1), deriv=derivative, delta=step, axis=0)
     return smooth.reshape(series_m.shape)
-
-
-def _slope(tip_m: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the slope of the line through the last two markers (n,), and where it counts."""
-    step = tip_m[:, 1] - tip_m[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return step[:, 1] / step[:, 0], good.all(axis=1) & (np.abs(step[:, 0]) > 1e-6)
-
-
-def _mean_squares(rate: np.ndarray, rate_good: np.ndarray, slope: np.ndarray, slope_good: np.ndarray) -> TailMotion:
-    def mean_square(values: np.ndarray) -> np.ndarray:
-        return np.array((values**2).mean() if len(values) else np.nan)
-
-    return TailMotion(mean_square(rate[rate_good]), mean_square(slope[slope_good]))
 
 
 # The forms of the theory, and their fit.

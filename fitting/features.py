@@ -138,8 +138,7 @@ class FeatureReader:
 
     def _drift(self, degree: int) -> np.ndarray:
         """Return the powers of scaled time (n, degree + 1)."""
-        scaled = 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
-        return np.column_stack([scaled**k for k in range(degree + 1)])
+        return smooth_swim(self.time_s, self.turn_rad, degree, 0)
 
     @cached_property
     def _beats(self) -> np.ndarray:

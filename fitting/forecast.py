@@ -1,7 +1,7 @@
 """Forecasts of swims as features: conditional normals, and the tracks they make.
 
 Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
-first beats tell what is its own: trim, registration of the head frame, boxes. `forecast_of` conditions on both
+first beats tell what is its own: trim, registration of the head frame, boxes. `forecast_new` conditions on both
 (Rasmussen and Williams 2006, A.6); `forecast_repeat` forecasts another trial like a fitted one.
 """
 
@@ -61,7 +61,7 @@ class FeatureForecast:
     @cached_property
     def head(self) -> HeadFrame:
         """Forecast tracks in the head frame, (n, m, 2), of all frames of the trial."""
-        return self._head_of(self.mean[None], one=True)
+        return self.window.trial.seen_head(tracks_of(self.mean[None], self.window)[0])
 
     def inside(self, frames: np.ndarray, seed: int = 0) -> float:
         """Return the share of the measured samples within the 90 % bands of their tracks.
@@ -71,23 +71,15 @@ class FeatureForecast:
             seed: seed of the bands.
         """
         trial = self.window.trial
-        drawn = self._head_of(self._draw(seed))
-        low, high = np.quantile(_align(drawn, frames), [0.05, 0.95], axis=0)
+        noise = np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(self.mean)))
+        drawn = draws_about(self.mean, noise @ root_of(self.covariance))
+        if self.in_step:
+            drawn = advance_phase(drawn, phase_between(drawn, self.window.measured, list(trial.tail)))
+        bands = _align(trial.seen_head(tracks_of(drawn, self.window)), frames)
+        low, high = np.quantile(bands, [0.05, 0.95], axis=0)
         measured = _align(trial.head, frames)
         good = (trial.weight[frames] > 0) & np.isfinite(measured).all(axis=-1)
         return float(((measured >= low) & (measured <= high))[good].mean())
-
-    def _draw(self, seed: int) -> np.ndarray:
-        """Draw features (d, k) from the forecast."""
-        noise = np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(self.mean)))
-        drawn = draws_about(self.mean, noise @ root_of(self.covariance))
-        if not self.in_step:
-            return drawn
-        return advance_phase(drawn, phase_between(drawn, self.window.measured, list(self.window.trial.tail)))
-
-    def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
-        position_m = tracks_of(features, self.window)
-        return self.window.trial.seen_head(position_m[0] if one else position_m)
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
@@ -189,29 +181,6 @@ def forecast_repeat(mode: Mode, number: int) -> FeatureForecast:
     return _condition(mode, again, mode.jacobian[number * rows :][:rows], None)
 
 
-class NewWindow(NamedTuple):
-    """A window of a new trial as the twin swims it.
-
-    Attributes:
-        block: its block.
-        jacobian: (k, 5) by the coefficients.
-        scatter: its scatter.
-    """
-
-    block: Block
-    jacobian: np.ndarray
-    scatter: Scatter
-
-    @classmethod
-    def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
-        """Simulate the window at the mode.
-
-        Near a second steady state the crank's first angle decides whether a twin swims forward: see `set_off`.
-        """
-        window = set_off(mode, window)
-        return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
-
-
 def diverges(mode: Mode, trial: MeasuredTrial) -> bool:
     """Tell whether the twin at the mode diverges in a trial that was not fitted, whatever the crank's first angle.
 
@@ -243,18 +212,27 @@ def set_off(mode: Mode, window: TrialModel) -> TrialModel:
     return [*found, window][0]
 
 
-def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:
-    """Forecast a window of a new trial from its frequency, the fitted trials, and its own early window.
+def forecast_new(
+    mode: Mode, windows: Windows, scatter: Scatter = EVEN
+) -> tuple[FeatureForecast, FeatureForecast | None]:
+    """Forecast a new trial from its frequency and the fitted trials; and from its own early window, too.
 
-    Without an early window the forecast is in step with the trial's tail.
+    Near a second steady state the crank's first angle decides whether a twin swims forward: see `set_off`.
 
     Args:
         mode: the fit.
-        window: the window.
-        early: the known part of the same trial.
+        windows: windows of the trial.
+        scatter: scatter of windows.
+
+    Returns:
+        The forecast without the early window, in step with the trial's tail, and with it; None where there is none.
     """
-    beats = None if early is None else _early_block(mode, early, window.block, window.scatter)
-    return _condition(mode, window.block, window.jacobian, beats)
+    window = set_off(mode, windows.late)
+    block, jacobian = block_of(mode, window, scatter), jacobian_at([window], mode.coefficients)
+    found = _condition(mode, block, jacobian, None)
+    if windows.early is None:
+        return found, None
+    return found, _condition(mode, block, jacobian, _early_block(mode, windows.early, block, scatter))
 
 
 def scatter_of(mode: Mode) -> Scatter:
@@ -300,16 +278,12 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
     phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
-    columns = {name: _ahead(part, phase) for name, part in late.sensitivities._asdict().items() if name != "spans"}
+    parts = {name: part for name, part in late.sensitivities._asdict().items() if name != "spans"}
+    columns = {name: advance_phase(part.T, phase).T for name, part in parts.items()}
     sensitivities = late.sensitivities._replace(**columns)
-    features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
+    features, time_step = (advance_phase(each, phase) for each in (late.features, late.time_step))
     noise = _noise(mode, window, scatter, features)
     return Block(window, sensitivities, noise, time_step, late.trial, features), phase
-
-
-def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
-    """Return columns (k, q) of features with the crank ahead by a phase, rad."""
-    return advance_phase(columns.T, np.full(columns.shape[1], phase)).T
 
 
 def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
@@ -333,7 +307,7 @@ def _condition(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block
     blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
     if early is not None:
         block, phase = early
-        blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
+        blocks, rows = [*blocks, block], [*rows, advance_phase(jacobian.T, phase).T]
         residual = np.append(residual, block.model.measured - block.features)
     total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
     slopes, count, length = np.vstack(rows), len(mode.residual), len(late.features)

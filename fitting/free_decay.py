@@ -189,7 +189,6 @@ class DecayTrial:
         position_m: (n, k, 2) in the robot frame (x from nose to tail, y to the right of a swimmer seen from above), m.
         weight: (n, k) 0 where a sample is missing or flagged.
         first_frame: first frame of the recording that is kept, just after the release.
-        release_s: its time in the recording, s.
         metres_per_px: scale of the picture.
         flags: flags of the tracks, the release and the clamp.
     """
@@ -200,7 +199,6 @@ class DecayTrial:
     position_m: np.ndarray
     weight: np.ndarray
     first_frame: int
-    release_s: float
     metres_per_px: float
     flags: tuple[Flag, ...] = ()
 
@@ -246,7 +244,6 @@ def measure_decay_trial(name: str, tracks: xr.Dataset, camera: CameraSpec, robot
         position_m=position_m[kept][:, tail],
         weight=weight[kept][:, tail],
         first_frame=release.first,
-        release_s=float(time_s[release.first]),
         metres_per_px=metres_per_px,
         flags=(*_within(quality.flags, release), *release.flags, *clamp),
     )

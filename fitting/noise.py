@@ -174,29 +174,13 @@ class FeatureNoise:
 
     Attributes:
         sd_m: (m,) standard deviation of each marker in each coordinate; nan for those that are not read.
-        lasts_s: time in which the correlation of its lasting share falls to 1/e.
-        white: share of the variance that is white, and each marker's own.
+        parts: the parts that last, with their correlation between markers; the rest of the variance is white.
         time_s: (n,) times of the frames.
-        parts: parts of the lasting share, with their correlation between markers; without any, markers are independent.
     """
 
     sd_m: np.ndarray
-    lasts_s: float
-    white: float
+    parts: Sequence[NoisePart]
     time_s: np.ndarray
-    parts: tuple[NoisePart, ...] = ()
-
-    @classmethod
-    def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "FeatureNoise":
-        """Build the noise from its lasting parts; the rest of the variance is white.
-
-        Args:
-            sd_m: (m,) standard deviation of each marker.
-            parts: the lasting parts.
-            time_s: (n,) times of the frames.
-        """
-        white = 1.0 - sum(part.share for part in parts)
-        return cls(sd_m, _lasting(parts), white, time_s, tuple(parts))
 
     @classmethod
     def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
@@ -205,7 +189,22 @@ class FeatureNoise:
         sizes = np.array([noise.sd_m for noise in noises])
         worst = np.nanmax(sizes)  # size for a marker that none of them shows
         middle = [np.median(own[np.isfinite(own)]) if np.isfinite(own).any() else worst for own in sizes.T]
-        return cls.of_parts(np.array(middle), parts, time_s)
+        return cls(np.array(middle), parts, time_s)
+
+    @property
+    def white(self) -> float:
+        """Share of the variance that is white, and each marker's own."""
+        return 1.0 - sum(part.share for part in self.parts)
+
+    @property
+    def lasts_s(self) -> float:
+        """Time in which the correlation of all parts together falls to 1/e, s."""
+
+        def above(lag_s: float) -> float:
+            parts = self.parts
+            return float(sum(p.share * (falling(np.array(lag_s), p.scale_s, p.smooth) - np.exp(-1)) for p in parts))
+
+        return float(brentq(above, 0.0, 2.0 * max(part.scale_s for part in self.parts)))
 
     @property
     def effective(self) -> float:
@@ -223,12 +222,7 @@ class FeatureNoise:
         Args:
             time_s: (n,) times of the frames.
             random: the generator.
-
-        Raises:
-            ValueError: the parts of the noise are not known.
         """
-        if not self.parts:
-            raise ValueError("parts: found none, expected those of a noise from `noise_of` or `of_parts`")
         shape = (2, len(time_s), len(self.sd_m))
         total = np.sqrt(max(self.white, 0.0)) * random.standard_normal(shape)
         for part in self.parts:
@@ -272,7 +266,7 @@ def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
         in_time, correlation = [part.over(time_s) for part in parts], _correlation(parts, time_s)
         across = across_markers(position_m / sd_m[:, None], usable, columns, in_time, correlation)
     together = [replace(part, across=each) for part, each in zip(parts, across, strict=True)]
-    return FeatureNoise.of_parts(sd_m, together, reader.time_s)
+    return FeatureNoise(sd_m, together, reader.time_s)
 
 
 def beside(reader: FeatureReader) -> np.ndarray:
@@ -330,15 +324,6 @@ def _correlation(parts: Sequence[NoisePart], time_s: np.ndarray) -> np.ndarray:
 
 def _logistic(value: float) -> float:
     return float(1 / (1 + np.exp(-value)))
-
-
-def _lasting(parts: Sequence[NoisePart]) -> float:
-    """Return the time in which the correlation of all parts together falls to 1/e, s."""
-
-    def above(lag_s: float) -> float:
-        return float(sum(p.share * (falling(np.array(lag_s), p.scale_s, p.smooth) - np.exp(-1)) for p in parts))
-
-    return float(brentq(above, 0.0, 2.0 * max(part.scale_s for part in parts)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,7 +45,7 @@ def with_common_scale(trials: Sequence[MeasuredTrial], length_m: float) -> list[
     return [
         replace(at_scale(trial, common.metres_per_px), scale=common)
         if common is not None and trial.name in alike
-        else replace(trial, flags=(*trial.flags, _flag(own[trial.name] - _usual(own, trial.name))))
+        else replace(trial, flags=(*trial.flags, _flag(own, trial.name)))
         for trial in trials
     ]
 
@@ -94,13 +94,9 @@ def head_marker_columns(model: TrialModel, sensitivities: Sensitivities) -> np.n
     return np.hstack([HEAD_MARKER_M * markers, apart_m / np.sqrt(2) * unscaled])
 
 
-def _usual(scales: dict[str, float], name: str) -> float:
-    """Return the median scale of the other swims, in logarithms."""
-    return float(np.median([scale for other, scale in scales.items() if other != name]))
-
-
-def _flag(apart: float) -> Flag:
-    """Return the flag of a swim whose scale, m/px, is apart from that of the others by this logarithm."""
+def _flag(scales: dict[str, float], name: str) -> Flag:
+    """Flag a swim whose scale is apart from the others', all in logarithms of m/px, by name."""
+    apart = scales[name] - float(np.median([scale for other, scale in scales.items() if other != name]))
     message = (
         f"nose and neck are {100 * abs(np.exp(-apart) - 1):.0f} % "
         f"{'nearer to each other' if apart > 0 else 'farther apart'} in the picture than in the other swims: one of "

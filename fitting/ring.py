@@ -81,7 +81,7 @@ class Ring:
         time_s = np.arange(0.0, _LASTS_S, frame_s)
         still, start = np.zeros((len(time_s), len(markers), 2)), np.zeros((2, len(robot.hinges)))
         start[0] = _BENT_RAD
-        trial = DecayTrial(name, markers, time_s, still, np.ones(still.shape[:2]), 0, 0.0, 1.0)
+        trial = DecayTrial(name, markers, time_s, still, np.ones(still.shape[:2]), 0, 1.0)
         return cls(trial, start, robot, np.zeros(NUMBERS), np.array(TO_COME_SD))
 
     @property

@@ -68,10 +68,10 @@ def find_mode(
             descent.run(rounds)
             done += rounds - before
         before = rounds
-        racing = sorted(racing, key=_rank_in_race)[: max(int(left * starts), 1)]
+        racing = sorted(racing, key=lambda each: (not each.forward, -each.promise))[: max(int(left * starts), 1)]
     for descent in descents:
         descent.look_back()
-    while not (found := sorted(descents, key=_rank))[0].done:
+    while not (found := sorted(descents, key=lambda each: (not each.forward, -each.log_density)))[0].done:
         found[0].run(ROUNDS)
     found[0].refine()
     found[0] = pass_through(follow_boundary(hop(found[0], seed)), seed)
@@ -92,14 +92,6 @@ def _expected_steps(descents: int, starts: int) -> float:
     for rounds, left in _RACES:
         steps, before, racing = steps + racing * (rounds - before), rounds, max(int(left * starts), 1)
     return steps + racing * (ROUNDS - before) / 2
-
-
-def _rank_in_race(descent: Descent) -> tuple[bool, float]:
-    return not descent.forward, -descent.promise
-
-
-def _rank(descent: Descent) -> tuple[bool, float]:
-    return not descent.forward, -descent.log_density
 
 
 def hop(descent: Descent, seed: int) -> Descent:

@@ -17,10 +17,9 @@ from fitting.forecast import (
     EVEN,
     NORMAL_90,
     FeatureForecast,
-    NewWindow,
     Scatter,
     Windows,
-    forecast_of,
+    forecast_new,
     forecast_repeat,
     scatter_of,
     tracks_of,
@@ -246,10 +245,10 @@ def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 
 def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
-    late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: score_forecast(trial, forecast_of(mode, late), seed)}
-    if windows.early is not None:
-        found[BEATS] = score_forecast(trial, forecast_of(mode, late, windows.early), seed)
+    given, after_beats = forecast_new(mode, windows, scatter)
+    found = {GIVEN: score_forecast(trial, given, seed)}
+    if windows.early is not None and after_beats is not None:
+        found[BEATS] = score_forecast(trial, after_beats, seed)
         goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
         shown = windows.early.reader.read | ~windows.late.reader.read
         found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)

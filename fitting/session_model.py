@@ -127,11 +127,6 @@ class SessionModel:
         return slice(end - self.of_rings, end)
 
     @cached_property
-    def ring_residuals(self) -> np.ndarray:
-        """Residuals (r,) of the decays, as fitted less as described: no coefficient matters in air."""
-        return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
-
-    @cached_property
     def ring_sensitivities(self) -> np.ndarray:
         """Sensitivities (r, q) of the decays to the robot's uncertain numbers, by their standard deviations."""
         if not self.rings:
@@ -141,11 +136,6 @@ class SessionModel:
             for each in self.trials[0].doubted
         ]
         return np.reshape(measured, (len(measured), self.of_rings)).T
-
-    @property
-    def rings_sd(self) -> np.ndarray:
-        """Standard deviations (r,) of the decays by tracking noise."""
-        return np.concatenate([np.zeros(0), *(ring.sd for ring in self.rings)])
 
     @cached_property
     def phase_rad(self) -> np.ndarray:

@@ -57,7 +57,7 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     trials = [each.trial for each in model.trials]
     hertz = [0.0 if trial.commanded_hz is None else trial.filmed_hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
-    return np.concatenate([residual, hertz, logged, model.ring_residuals])
+    return np.concatenate([residual, hertz, logged, *(ring.residual for ring in model.rings)])
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -93,7 +93,8 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
     correlation = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
     doubted = model.ring_sensitivities
     told = apart(features, model.observed)
-    whole = block_diag(told, hertz @ correlation @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
+    of_tracks = np.diag(np.concatenate([np.zeros(0), *(ring.sd for ring in model.rings)]) ** 2)
+    whole = block_diag(told, hertz @ correlation @ hertz, of_tracks + doubted @ doubted.T)
     if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
         shared = robot @ doubted.T
         whole[: len(features), len(whole) - len(doubted) :] = shared

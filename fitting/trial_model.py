@@ -212,8 +212,9 @@ class TrialModel:
         relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
-        positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
-        up, down = np.split(self.in_step(self.reader(positions)), 2)
+        runs = self.runs(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
+        marker_m = self._marker_m(self.twin.simulate(runs, self.time_s, allow_divergence=True))
+        up, down = np.split(self.in_step(self.reader(self._keep(marker_m))), 2)
         moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * difference(up, down, features)
         # Near a second steady state slopes are steep, but the start moves the mean speed by no more than its own error.
         of_velocity = moved[: len(START_SD)]
@@ -261,29 +262,13 @@ class TrialModel:
         """Return features (..., k) with their tails in step with the measured one."""
         return advance_phase(features, phase_between(features, self.measured, list(self.trial.tail)))
 
-    def positions(
-        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Simulate the markers (s, n, m, 2) of the twin in the kept frames, in its own frame, m.
+    def positions(self, coefficients: np.ndarray) -> np.ndarray:
+        """Simulate the markers (s, n, m, 2) at coefficients (s, 5) in the kept frames, in the twin's own frame, m."""
+        return self._keep(self._marker_m(self.trajectories(coefficients)))
 
-        Args:
-            coefficients: (s, 5).
-            faster: (s,) factors on the frequency of the crank.
-            shift: (s, 3) shifts of the velocity at time 0.
-        """
-        return self._keep(self._marker_m(self.trajectories(coefficients, faster, shift)))
-
-    def trajectories(
-        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
-    ) -> Trajectories:
-        """Simulate the trial.
-
-        Args:
-            coefficients: (s, 5).
-            faster: (s,) factors on the frequency of the crank.
-            shift: (s, 3) shifts of the velocity at time 0.
-        """
-        return self.twin.simulate(self.runs(coefficients, faster, shift), self.time_s, allow_divergence=True)
+    def trajectories(self, coefficients: np.ndarray) -> Trajectories:
+        """Simulate the trial at coefficients (s, 5)."""
+        return self.twin.simulate(self.runs(coefficients), self.time_s, allow_divergence=True)
 
     @property
     def time_s(self) -> np.ndarray:
@@ -291,7 +276,7 @@ class TrialModel:
         return self.trial.time_s[: int(np.flatnonzero(self.trial.kept)[-1]) + 1]
 
     def runs(self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None) -> Runs:
-        """Return the runs that `trajectories` simulates.
+        """Return runs of the trial.
 
         Args:
             coefficients: (s, 5).

@@ -319,4 +319,4 @@ def _compute_noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
     white = rounding / (lasting + rounding)
     sd_m = np.full(model.reader.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
     lasts = NoisePart(1 - white, noise.correlation_s, False, np.eye(len(sd_m)))
-    return FeatureNoise.of_parts(sd_m, [lasts], model.reader.time_s).covariance(model.reader)
+    return FeatureNoise(sd_m, [lasts], model.reader.time_s).covariance(model.reader)

@@ -19,7 +19,7 @@ from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.features import SPEED, marker_part
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
-from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, arviz, fit_surrogate, sample
+from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, arviz, as_dataset, fit_surrogate, sample
 from fitting.progress import Progress, part_of
 from fitting.trial import HARMONICS
 from swimcal.flags import Flag
@@ -206,7 +206,7 @@ def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int])
     """
     data = arviz.InferenceData(
         attrs={**stamp, "prior": PRIOR},
-        posterior=_chains(posterior.draws.chains),
+        posterior=as_dataset(posterior.draws.chains),
         sample_stats=_statistics(posterior),
         observed_data=_observed_data(posterior),
     )
@@ -222,11 +222,6 @@ def load_chains(path: Path) -> np.ndarray:
     check_whole(path, "calib posterior")
     with xarray.open_dataset(path, group="posterior", engine="h5netcdf") as draws:
         return np.stack([draws[name].to_numpy() for name in VARIABLES], axis=-1)
-
-
-def _chains(chains: np.ndarray) -> xarray.Dataset:
-    places = {"chain": np.arange(chains.shape[0]), "draw": np.arange(chains.shape[1])}
-    return xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)}, places)
 
 
 def _statistics(posterior: Posterior) -> xarray.Dataset:

@@ -167,19 +167,21 @@ def _judge(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
     longest = float(np.max(ensemble.get_autocorr_time(tol=0, discard=int(_BURN_IN * steps))))
     thin = max(int(longest / 4), 1)
     chains = ensemble.get_chain(discard=int(_BURN_IN * steps), thin=thin).transpose(1, 0, 2)  # (w, d, 7)
-    data = xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)})
+    data = as_dataset(chains)
     ess, r_hat = (np.array([float(each[name]) for name in VARIABLES]) for each in (arviz.ess(data), arviz.rhat(data)))
     enough = bool((ess[:5] >= effective).all() and (r_hat[:5] <= R_HAT).all())
-    flags = () if enough else (_unsampled_flag(ess, r_hat, effective),)
-    return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, flags)
-
-
-def _unsampled_flag(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
     message = (
         f"sampled too little: {ess[:5].min():.0f} effective draws (wanted {effective}) and R-hat {r_hat[:5].max():.3f} "
         f"(wanted {R_HAT:g} at most) after the longest run; do not report these intervals"
     )
-    return Flag("not_converged", message=message)
+    flags = () if enough else (Flag("not_converged", message=message),)
+    return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, flags)
+
+
+def as_dataset(chains: np.ndarray) -> xarray.Dataset:
+    """Return chains (w, d, 7) as ArviZ reads them: a walker is a chain."""
+    places = {"chain": np.arange(chains.shape[0]), "draw": np.arange(chains.shape[1])}
+    return xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)}, places)
 
 
 # The surrogate that it samples.

@@ -4,33 +4,17 @@ import numpy as np
 import pytest
 
 from fitting.ebt import LARGE, PUBLISHED, SMOOTHED, EbtFit, fit_ebt, measured_tail
-from fitting.measure_trial import measure_trial
 from fitting.pool import forward_speed, head_frame
 from fitting.trial import MeasuredTrial
-from swimcal.create_session import new_from_fishsim
 from swimcal.robot import load_robot
-from swimcal.session import load_session
-from swimcal.tracks import load_tracks
 from swimcal.twin import Twin
-from tests.swimcal.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import needs_fishsim
 from tests.swimcal.swims import runs
 from tracking.head_frame import select_head
 
 pytestmark = needs_fishsim
 ROBOT = load_robot()
-FITTED = ("f1_00", "f1_75")
 BETA, DRAG = 0.91, 0.31
-
-
-@pytest.fixture(scope="module")
-def trials(tmp_path_factory: pytest.TempPathFactory) -> list[MeasuredTrial]:
-    """The five public trials."""
-    session = load_session(new_from_fishsim(tmp_path_factory.mktemp("real") / "public", FISHSIM, FITTED))
-    found = []
-    for spec in session.trials:
-        tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)  # type: ignore[arg-type]
-        found.append(measure_trial(spec, tracks, session.camera, ROBOT, session.warmup_s))
-    return found
 
 
 def error_mm_s(speeds: list[float], trials: list[MeasuredTrial]) -> float:
@@ -38,18 +22,18 @@ def error_mm_s(speeds: list[float], trials: list[MeasuredTrial]) -> float:
     return 1000 * float(np.mean([abs(speed - each.speed) for speed, each in zip(speeds, trials, strict=True)]))
 
 
-def test_the_published_pair_of_elongated_body_theory_is_as_far_off_as_published(trials: list[MeasuredTrial]) -> None:
+def test_the_published_pair_of_elongated_body_theory_is_as_far_off_as_published(public: list[MeasuredTrial]) -> None:
     """0.134 m/s published, over eight other speeds; 0.123 m/s here, a tenth of it with the tail in the pool."""
-    tails = [measured_tail(each, each.kept) for each in trials]
+    tails = [measured_tail(each, each.kept) for each in public]
     for form, off in ((PUBLISHED, 123.4), (SMOOTHED, 10.6), (LARGE, 11.3)):
         theory = EbtFit(form, BETA, DRAG)
-        assert error_mm_s([theory.speed(tail, ROBOT) for tail in tails], trials) == pytest.approx(off, abs=0.1)
+        assert error_mm_s([theory.speed(tail, ROBOT) for tail in tails], public) == pytest.approx(off, abs=0.1)
 
 
-def test_refitted_the_same_theory_is_six_times_nearer(trials: list[MeasuredTrial]) -> None:
+def test_refitted_the_same_theory_is_six_times_nearer(public: list[MeasuredTrial]) -> None:
     """Its ratio is five times the published 0.34; with the tail seen in the pool it is the published one."""
-    fit = [each for each in trials if each.name in FITTED]
-    held_out = [each for each in trials if each.name not in FITTED]
+    fit = [each for each in public if each.role == "fit"]
+    held_out = [each for each in public if each.role != "fit"]
     speeds = np.array([each.speed for each in fit])
     for form, ratio, off in ((PUBLISHED, 1.746, 22.9), (SMOOTHED, 0.348, 14.6), (LARGE, 0.357, 14.6)):
         found = fit_ebt(form, [measured_tail(each, each.kept) for each in fit], speeds, ROBOT)
@@ -58,12 +42,12 @@ def test_refitted_the_same_theory_is_six_times_nearer(trials: list[MeasuredTrial
         assert error_mm_s(predicted, held_out) == pytest.approx(off, abs=0.1)
 
 
-def test_the_published_coefficients_are_as_far_off_as_published_in_this_twin(trials: list[MeasuredTrial]) -> None:
+def test_the_published_coefficients_are_as_far_off_as_published_in_this_twin(public: list[MeasuredTrial]) -> None:
     """0.019 m/s published, over eight other speeds; 0.018 m/s here, all of it too slow."""
-    hz = np.array([each.frequency.hz for each in trials])
+    hz = np.array([each.frequency.hz for each in public])
     twin, time_s = Twin(ROBOT), np.arange(0.0, 12.0 / hz.min(), 1 / 60)
     heads = head_frame(twin.markers, twin.simulate(runs(hz), time_s).marker_m)
     late = time_s >= time_s[-1] / 2
     speeds = [float(forward_speed(time_s, select_head(heads, i), late, each)) for i, each in enumerate(hz)]
-    assert error_mm_s(speeds, trials) == pytest.approx(18.4, abs=0.2)
-    assert all(speed < each.speed for speed, each in zip(speeds, trials, strict=True))
+    assert error_mm_s(speeds, public) == pytest.approx(18.4, abs=0.2)
+    assert all(speed < each.speed for speed, each in zip(speeds, public, strict=True))

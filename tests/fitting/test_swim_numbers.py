@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fitting.ebt import simulated_numbers, swim_numbers
-from fitting.measure_trial import measure_trial
 from fitting.pool import forward_speed
 from fitting.trial import MeasuredTrial
-from swimcal.create_session import new_from_fishsim
 from swimcal.robot import load_robot
-from swimcal.session import load_session
-from swimcal.tracks import load_tracks
 from tests.fitting.swims import by_hand
-from tests.swimcal.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import needs_fishsim
 from tracking.head_frame import to_head_frame
 
 ROBOT = load_robot()
@@ -72,13 +66,10 @@ def test_a_simulation_that_moves_as_the_trial_has_its_numbers() -> None:
 
 
 @needs_fishsim
-def test_the_public_swims_have_one_strouhal_number_from_three_quarters_of_a_turn_on(tmp_path: Path) -> None:
+def test_the_public_swims_have_one_strouhal_number_from_three_quarters_of_a_turn_on(
+    public: list[MeasuredTrial],
+) -> None:
     """By the tracks alone and whatever is held out; the hull's roll, which swings the raised marker, is in it."""
-    session = load_session(new_from_fishsim(tmp_path / "public", FISHSIM, ("f1_00", "f1_75")))
-    trials = {}
-    for spec in session.trials:
-        tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
-        trials[spec.name] = measure_trial(spec, tracks, session.camera, ROBOT, session.warmup_s)
-    strouhal = {name: swim_numbers(trial, ROBOT).strouhal for name, trial in trials.items()}
+    strouhal = {trial.name: swim_numbers(trial, ROBOT).strouhal for trial in public}
     published = {"f0_50": 2.35, "f0_75": 1.21, "f1_00": 1.02, "f1_25": 1.00, "f1_75": 1.00}
     assert strouhal == pytest.approx(published, abs=0.006)

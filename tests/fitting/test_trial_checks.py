@@ -298,6 +298,10 @@ def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_n
         (lambda px: lose(px, ("neck",), slice(30, None)), "frames with nose and neck|usable"),
         (lambda px: lose(px, FISHSIM_MARKERS[3:], slice(60, None)), "the tail cannot be read|usable"),
         (lambda px: px[:60], "are needed|less than one beat|beats at|too short"),
+        (
+            lambda px: px[:, [1, 0, *range(2, px.shape[1])]],
+            "trial trial: nose and neck are exchanged; found the markers of the tail on",
+        ),
     ],
 )
 def test_a_trial_that_cannot_be_read_says_why(change: Callable[[np.ndarray], np.ndarray], message: str) -> None:

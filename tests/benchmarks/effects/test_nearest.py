@@ -34,7 +34,7 @@ class LinearModel:
             SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, filmed_hz=1.0, frequency=SimpleNamespace(hz=1.0)))
         ]
 
-    logged, frequencies, beside, ring_residuals = (), 1, 1, np.zeros(0)
+    logged, frequencies, beside, rings = (), 1, 1, ()
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fitting.hinges import DecayTwin
 from swimcal.mjcf import FREE_DECAY
-from swimcal.robot import RobotSpec, load_robot
+from swimcal.robot import load_robot
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimsynth.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
@@ -38,12 +38,6 @@ class Truth:
 @lru_cache(maxsize=4)
 def fine_twin(step_s: float = 0.0004) -> DecayTwin:
     return DecayTwin(ROBOT, MARKERS, replace(FREE_DECAY, timestep_s=step_s), workers=1)
-
-
-def with_hinges(stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
-    """The built-in robot with other hinges."""
-    hinges = {"hinge_stiffness_n_m": stiffness_n_m, "hinge_damping_n_m_s": damping_n_m_s}
-    return ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
 
 
 def swings(truths: list[Truth], step_s: float = 0.0004) -> np.ndarray:

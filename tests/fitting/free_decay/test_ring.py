@@ -10,20 +10,21 @@ import xarray as xr
 
 from fitting.decay_fit import fit_decay
 from fitting.free_decay import measure_decay_trial
+from fitting.hinges import with_hinges
 from fitting.ring import Ring, shows_in_decays
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import RobotSpec
 from swimcal.tracks import pixels_of
 from swimcal.twin import Twin
 from tests.cases import changed
-from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, with_hinges
+from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks
 
 TRUTH = Truth()
 
 
 def robot(stiffer: float = 0.0, damped: float = 0.0) -> RobotSpec:
     """As it was let go, but for shares of its hinges."""
-    return with_hinges(TRUTH.stiffness_n_m * (1 + stiffer), TRUTH.damping_n_m_s * (1 + damped))
+    return with_hinges(ROBOT, TRUTH.stiffness_n_m * (1 + stiffer), TRUTH.damping_n_m_s * (1 + damped))
 
 
 def twin(described: RobotSpec) -> Twin:

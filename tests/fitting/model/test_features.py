@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.features import COURSE, SPEED, FeatureReader, advance_phase, harmonics_of, phase_between, places_of_slides
-from fitting.measure_trial import measure_trial
+from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
-from swimcal.robot import load_robot
 from swimcal.runs import Runs
-from swimcal.session import TrialSpec
-from swimcal.session_file import CameraSpec
-from swimcal.tracks import load_tracks
 from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
 from tests.fitting.posterior.waves import (
@@ -28,7 +24,7 @@ from tests.fitting.posterior.waves import (
     reader,
     shape,
 )
-from tests.swimcal.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import needs_fishsim
 
 
 def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:
@@ -87,19 +83,14 @@ def test_an_advanced_features_is_that_of_a_simulation_with_another_phase() -> No
     assert phase_between(np.tile(features[0], (2, 1)), features[1], tail)[0] == pytest.approx(0.4, abs=5e-3)
 
 
-TRIALS = ("f0_75", "f1_00", "f1_25", "f1_75")  # the slowest swims at 20 mm/s, too slowly to tell
 TAIL = slice(3, 8)
 
 
 @pytest.mark.long
 @needs_fishsim
-def test_high_markers_run_ahead_and_the_tail_falls_behind() -> None:
+def test_high_markers_run_ahead_and_the_tail_falls_behind(public: list[MeasuredTrial]) -> None:
     found = []  # of each trial, by which share of its speed each marker slides forward
-    for name in TRIALS:
-        camera = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
-        tracks = load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
-        spec = TrialSpec(name, "swim", commanded_hz=float(name[1:].replace("_", ".")))
-        trial = measure_trial(spec, tracks, camera, load_robot(), 1.0)
+    for trial in (each.with_role("fit") for each in public if each.name != "f0_50"):  # at 20 mm/s, too slowly to tell
         features = FeatureReader.of(trial, with_course=True)(trial.position_m[trial.kept])
         found.append(features[places_of_slides(len(features))] / features[0])
     over_speed = np.array(found)  # (t, 9)

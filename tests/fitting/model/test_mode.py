@@ -12,7 +12,7 @@ from fitting.baselines import BASELINES
 from fitting.covariance import COMPONENTS, MEDIANS, Covariance
 from fitting.descent import Descent
 from fitting.features import SPEED
-from fitting.forecast import NewWindow, Windows, forecast_of, forecast_repeat, scatter_of, tracks_of
+from fitting.forecast import Windows, forecast_new, forecast_repeat, scatter_of, tracks_of
 from fitting.mode import Mode, mode_at
 from fitting.search import find_mode, pass_through
 from fitting.session_model import SessionModel
@@ -111,9 +111,8 @@ def test_a_roll_of_the_hull_is_found_with_the_coefficients(drawn: DrawnSession, 
 def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: DrawnSession, mode: Mode) -> None:
     trial = drawn.held_out[0]
     windows = Windows.of(mode, trial)
-    assert windows.early is not None
-    late = NewWindow.of(mode, windows.late, scatter_of(mode))
-    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
+    before, after = forecast_new(mode, windows, scatter_of(mode))
+    assert after is not None
     measured = windows.late.measured[SPEED]
     for told in (before, after):
         assert abs(told.speed - measured) < FAR_SD * told.speed_sd
@@ -202,7 +201,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
     other = replace(late, trial=late.trial.seen_as(position_m=place))
-    one, same = (forecast_of(mode, NewWindow.of(mode, window)) for window in (late, other))
+    one, same = (forecast_new(mode, Windows(None, window))[0] for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
@@ -233,8 +232,7 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     other = trial.seen_as(position_m=trial.position_m + more[:, None])
     windows = Windows.of(mode, other)
     measured = windows.late.measured[SPEED]
-    assert windows.early is not None
-    late = NewWindow.of(mode, windows.late)
-    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
+    before, after = forecast_new(mode, windows)
+    assert after is not None
     assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
     assert abs(after.speed - measured) < FAR_SD * after.speed_sd

@@ -61,12 +61,12 @@ def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
         NoisePart(0.8, 0.1, False, ALIKE),
     )
     still = cruising() - np.stack([SPEED_M_S * TIME_S, np.zeros(len(TIME_S))], axis=-1)[:, None]
-    told = FeatureNoise.of_parts(sd_m, [part], TIME_S).covariance(read)
+    told = FeatureNoise(sd_m, [part], TIME_S).covariance(read)
     seen = np.cov(read(still + sd_m[:, None] * _shared(part, 0.2, 1, 2000)).T)
     course = [*range(len(told))[places_of_slides(len(told))], -2, -1]
     assert np.diag(seen)[course] == pytest.approx(np.diag(told)[course], rel=0.15)
     assert seen[course[0], course[1]] == pytest.approx(told[course[0], course[1]], abs=0.1 * told[course[0], course[0]])
-    alone = FeatureNoise.of_parts(sd_m, [part], TIME_S).covariance(reader())
+    alone = FeatureNoise(sd_m, [part], TIME_S).covariance(reader())
     np.testing.assert_allclose(told[: len(alone), : len(alone)], alone, atol=1e-18)
 
 
@@ -83,7 +83,7 @@ def test_the_covariance_of_features_is_that_of_repeated_draws() -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
     usable[40:80, 3] = False
     read, sd_m, part = reader(usable), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M)), NoisePart(0.8, 0.1, False, ALIKE)
-    noise = FeatureNoise.of_parts(sd_m, [part], TIME_S)
+    noise = FeatureNoise(sd_m, [part], TIME_S)
     seen = np.cov(read(cruising() + sd_m[:, None] * _shared(part, 0.2, 0, 2000)).T)
 
     def misfit(told: np.ndarray) -> float:
@@ -136,7 +136,7 @@ def test_intervals_hold_as_often_as_with_the_true_noise(shared: float) -> None:
     places = np.delete(np.arange(1 + 14 * count), np.arange(1, 1 + 14 * count, 7))  # means go with boxes
     for seed in range(40):
         random = np.random.default_rng([seed, round(100 * shared)])
-        true = FeatureNoise.of_parts(np.full(count, 1e-3), [NoisePart(0.85, 0.15, False, across)], TIME_S)
+        true = FeatureNoise(np.full(count, 1e-3), [NoisePart(0.85, 0.15, False, across)], TIME_S)
         position_m = cruising() + true.drawn(TIME_S, random)
         left = (read(position_m) - read(cruising()))[places]
         slopes = random.standard_normal((len(places), 5)) * np.sqrt(np.diag(true.covariance(read))[places])[:, None]
@@ -154,7 +154,7 @@ def test_intervals_hold_as_often_as_with_the_true_noise(shared: float) -> None:
 def test_draws_are_like_the_noise_they_are_drawn_from() -> None:
     sd_m = 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M))
     parts = [NoisePart(0.5, 0.1, False, ALIKE), NoisePart(0.3, 0.2, True, np.eye(len(ALONG_M)))]
-    noise, random = FeatureNoise.of_parts(sd_m, parts, TIME_S), np.random.default_rng(1)
+    noise, random = FeatureNoise(sd_m, parts, TIME_S), np.random.default_rng(1)
     drawn = np.array([noise.drawn(TIME_S, random) for _ in range(60)]) / sd_m[:, None]  # (d, n, m, 2)
     assert drawn.std(axis=(0, 1, 3)) == pytest.approx(1.0, rel=0.1)
     across = np.einsum("dnic,dnjc->ij", drawn, drawn) / drawn[..., 0, :].size
@@ -166,12 +166,6 @@ def test_draws_are_like_the_noise_they_are_drawn_from() -> None:
     )
 
 
-def test_a_noise_whose_parts_are_not_known_cannot_be_drawn() -> None:
-    alone = FeatureNoise(np.ones(2), 0.1, 1.0, TIME_S)
-    with pytest.raises(ValueError, match="parts"):
-        alone.drawn(TIME_S, np.random.default_rng(0))
-
-
 MARKERS = FISHSIM_MARKERS[:6]
 APART = np.abs(np.subtract.outer(np.arange(6), np.arange(6)))
 NEIGHBOURS = 0.7**APART  # correlation of markers that are so many places apart
@@ -180,7 +174,7 @@ NEIGHBOURS = 0.7**APART  # correlation of markers that are so many places apart
 def believed(scale_s: float, across: np.ndarray | None = None, smooth: bool = False) -> FeatureNoise:
     """Noise that lasts so long, with a white share of 0.1; independent markers unless told."""
     across = np.eye(len(MARKERS)) if across is None else across
-    return FeatureNoise.of_parts(np.ones(len(MARKERS)), [NoisePart(0.9, scale_s, smooth, across)], TIME_S)
+    return FeatureNoise(np.ones(len(MARKERS)), [NoisePart(0.9, scale_s, smooth, across)], TIME_S)
 
 
 def tracks(truth: FeatureNoise, noise: FeatureNoise, seed: int = 2) -> Any:

@@ -44,7 +44,7 @@ def test_a_marker_that_is_hardly_seen_leaves_all_others_as_they_are() -> None:
 
 def test_its_noise_is_none_and_the_others_is_theirs() -> None:
     read = blind(slice(8, None))
-    noise = FeatureNoise(np.full(len(read.read), 1e-3), 0.1, 1.0, read.time_s)
+    noise = FeatureNoise(np.full(len(read.read), 1e-3), (), read.time_s)
     own = noise.covariance(read)
 
     assert not own[~read.observed].any()

@@ -106,12 +106,24 @@ def test_markers_far_from_their_described_places_are_flagged() -> None:
     assert "some 10 mm from where the robot's description has them" in flag.message
 
 
-def test_a_coefficient_that_presses_against_the_prior_is_flagged_with_its_bounds() -> None:
-    pressed = SimpleNamespace(q05=8.5, q95=9.9, at_bounds=(10.0,), narrow=True)
-    (flag,) = misfitting(0.005, 0.5, kutta_lift=pressed)
-    assert flag.kind == "at_bound"
-    assert "kutta_lift is at its bound 10" in flag.message
-    assert "90 % interval 8.5 to 9.9" in flag.message
+@pytest.mark.parametrize(
+    ("name", "interval", "words"),
+    [
+        ("blunt_drag", (0.01, 0.4), "is at its physical limit 0: the trials allow that there is no such drag"),
+        ("angular_drag", (0.01, 0.4), "is at its physical limit 0"),
+        ("magnus_lift", (0.01, 0.4), "is at its bound 0: the prior, not the trials, limits"),
+        ("slender_drag", (7.0, 9.95), "is at its bound 10: the prior, not the trials, limits"),
+        ("slender_drag", (0.05, 9.95), "is at its bound 0 and 10: the prior, not the trials, limits"),
+    ],
+)
+def test_a_coefficient_that_presses_against_the_prior_is_flagged_with_its_bounds(
+    name: str, interval: tuple[float, float], words: str
+) -> None:
+    """But a drag at 0 is not cut off by the prior."""
+    marginal = Marginal(float(np.mean(interval)), 1.0, *interval, 400.0, 1.0, False)
+    (message,) = [flag.message for flag in misfitting(0.005, 0.5, **{name: marginal}) if flag.kind == "at_bound"]
+    assert message.startswith(f"{name} {words}")
+    assert f"90 % interval {interval[0]:.2g} to {interval[1]:.2g}" in message
 
 
 @pytest.mark.parametrize(("speed", "inside", "warns"), [(0.1, 0.9, 0), (0.13, 0.9, 1), (0.1, 0.7, 1)])

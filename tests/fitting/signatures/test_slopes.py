@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from fitting.signatures import Signature, little, pieces, row_slopes
+from fitting.signatures import Signature, Whitened, little, pieces, row_slopes
 from tests.fitting.signatures.made import Made
 
 TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))
@@ -91,3 +91,16 @@ def test_a_twin_that_diverges_beside_the_coefficients_leaves_the_other_side(
     assert slopes[1, 0] == pytest.approx(slope, rel=0.05)
     np.testing.assert_allclose(slopes[1, 1:], BESIDE.prod() / BESIDE[1:], rtol=1e-3)
     assert not slopes[2].any()
+
+
+def test_what_coefficients_and_noise_can_do_has_little_length() -> None:
+    """Of nine numbers with unit noise, of which coefficients move the first five and have no prior to speak of."""
+    unit, row = np.eye(9), np.arange(1.0, 10.0)
+    space, held = (Whitened.of(unit, unit[:, :5], np.full(5, prior_sd)) for prior_sd in (1e9, 1.0))
+    assert space.length(np.where(np.arange(9) < 5, row, 0.0)) == pytest.approx(0.0, abs=1e-6)
+    assert space.length(row) == pytest.approx(np.linalg.norm(row[5:]))
+    assert held.length(unit[0]) == pytest.approx(np.sqrt(0.5))
+
+    along = np.ones(9) / 3
+    correlated = Whitened.of(unit + 8 * np.outer(along, along), np.zeros((9, 5)), np.ones(5))
+    assert correlated.length(6 * along) == pytest.approx(2.0)

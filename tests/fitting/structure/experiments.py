@@ -13,6 +13,7 @@ from fitting.crank_fit import crank_response, fit_crank
 from fitting.crank_surface import CrankGrid
 from fitting.dry_run import measure_dry_run, with_arm
 from fitting.free_decay import measure_decay_trial
+from fitting.hinges import with_hinges
 from fitting.structure import DryExperiments
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import TrialSpec, load_session
@@ -33,8 +34,8 @@ def with_few_points(patch: pytest.MonkeyPatch) -> None:
 
 def robot_with(numbers: Mapping[str, float]) -> RobotSpec:
     """The described robot with these numbers."""
-    tail = {"hinge_stiffness_n_m": numbers["hinge_stiffness"], "hinge_damping_n_m_s": numbers["hinge_damping"]}
-    return with_arm(DESCRIBED, numbers["crank_arm"]).model_copy(update={"tail": DESCRIBED.tail.model_copy(update=tail)})
+    hinged = with_hinges(DESCRIBED, numbers["hinge_stiffness"], numbers["hinge_damping"])
+    return with_arm(hinged, numbers["crank_arm"])
 
 
 PLAN = SyntheticPlan(
