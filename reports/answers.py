@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
+from diagnosis.sentences import at_stage
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
 from reports.caveats import (
@@ -393,8 +394,6 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
 
 
 def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
-    from diagnosis.sentences import at_stage  # its package loads the twin
-
     where, which, how_far = (text.partition(": ")[2] for text in gap_sentences(found))
     few = {
         name: chance for i, (name, chance) in enumerate(found.chances.items()) if i < _LIKELY or name in found.effects
