@@ -100,11 +100,6 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     return [*notes, *lines, str(main or result.file)]
 
 
-def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
-    """Return the lines of files that were written: what they are, then where they are."""
-    return [*notes, *map(str, files)]
-
-
 def print_export(made: Export, as_json: bool = False) -> None:
     """Print what was written: what it is, then the files.
 
@@ -114,7 +109,7 @@ def print_export(made: Export, as_json: bool = False) -> None:
         files = list(map(str, made.files))
         print(json.dumps({"files": files, "notes": made.notes, "failures": dict(made.failures)}, indent=1))
     else:
-        for line in export_lines(made.notes, made.files):
+        for line in (*made.notes, *made.files):
             print(line)
         for name, why in made.failures.items():
             print(f"calib: {name} failed: {why}", file=sys.stderr)
