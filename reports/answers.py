@@ -26,8 +26,6 @@ from reports.caveats import (
 from reports.words import (
     MODELS,
     MORE_THAN_NOISE,
-    Change,
-    changes,
     compared_with_best,
     counted,
     effect_size,
@@ -222,7 +220,6 @@ class WhatIsMissing:
 
     Attributes:
         where, which, how_far: a sentence each, after its question.
-        changes: held-out errors without and, where something was added, with the named effects.
         chances: probability of each likely effect, the likeliest first, that the catalogue holds none, and, unless it
             would print as 0.00, that there is no gap.
         named: the effects that are named.
@@ -237,7 +234,6 @@ class WhatIsMissing:
     where: str
     which: str
     how_far: str
-    changes: tuple[Change, ...]
     chances: Mapping[str, float]
     named: tuple[str, ...]
     groups: tuple[str, ...]
@@ -409,7 +405,6 @@ def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
         where=where,
         which=which,
         how_far=how_far,
-        changes=changes(found),
         chances=chances,
         named=named,
         groups=groups,
