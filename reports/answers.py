@@ -106,11 +106,6 @@ class HowFarOff:
     misses: str
 
     @property
-    def best_rule(self) -> float | None:
-        """Speed error of the best simple rule, m/s; None where there is none."""
-        return self.beside.get(self.best)
-
-    @property
     def rules(self) -> str:
         """The errors of the other models in words: `line in frequency 3.4, elongated body theory 4.1 mm/s`."""
         known = [f"{MODELS[name]} {in_mm(error)}" for name, error in self.beside.items()]
