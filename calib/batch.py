@@ -54,16 +54,9 @@ Piece = TypeVar("Piece")
 Outcome = TypeVar("Outcome")
 
 
-class Versions(NamedTuple):
-    """The versions that a worker must have in common with this process, for the same results to the last digit."""
-
-    program: str
-    engine: str
-
-    @classmethod
-    def here(cls) -> Versions:
-        """Return the versions of this process."""
-        return cls(program_version(), ENGINE)
+def _versions() -> tuple[str, str]:
+    """Return what a worker must have in common with this process, for the same results to the last digit."""
+    return program_version(), ENGINE
 
 
 def spread(
@@ -150,7 +143,7 @@ def _run_elsewhere(
 
     with _connect(scheduler) as client:
         _check_workers(client, scheduler)
-        futures = client.map(partial(_run_if_alike, work, lost, Versions.here()), pieces, pure=False)
+        futures = client.map(partial(_run_if_alike, work, lost, _versions()), pieces, pure=False)
         of = {future.key: piece for future, piece in zip(futures, pieces, strict=True)}
         for future in as_completed(futures):
             try:
@@ -160,10 +153,10 @@ def _run_elsewhere(
 
 
 def _run_if_alike(
-    work: Callable[[Piece], Outcome], lost: Callable[[Piece, str], Outcome], wanted: Versions, piece: Piece
+    work: Callable[[Piece], Outcome], lost: Callable[[Piece, str], Outcome], wanted: tuple[str, str], piece: Piece
 ) -> Outcome:
     """Do a piece if the versions agree: a worker may have joined after all were checked."""
-    found = Versions.here()
+    found = _versions()
     if found != wanted:
         return lost(piece, f"worker {platform.node()} has {', '.join(found)}; expected: {', '.join(wanted)}")
     return work(piece)
@@ -187,11 +180,11 @@ def _connect(scheduler: str) -> Client:
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    wanted, faults = Versions.here(), []
-    found = client.run(Versions.here, on_error="return")
+    wanted, faults = _versions(), []
+    found = client.run(_versions, on_error="return")
     for worker, versions in sorted(found.items()):
         if versions != wanted:
-            told = ", ".join(versions) if isinstance(versions, Versions) else f"no swimcal ({versions})"
+            told = ", ".join(versions) if isinstance(versions, tuple) else f"no swimcal ({versions})"
             expected, step = ", ".join(wanted), "Install the same version there, or stop this worker."
             faults.append(Fault("--scheduler", worker, "the worker is another version", told, expected, (), step))
     if not found:

@@ -15,17 +15,19 @@ from calib.commands import (
     diagnose,
     doctor,
     edit,
+    evaluate,
     fit,
     lens,
     mjcf,
     new,
-    policy,
+    play,
     posterior,
     report,
     robot,
     run,
     scale,
     track,
+    train,
     view,
 )
 from calib.terminal import Command
@@ -37,6 +39,9 @@ app = typer.Typer(
     help="From videos or tracks of a tendon-driven robot fish to a calibrated MuJoCo twin and a report.",
 )
 camera = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The lens and the scale, from a printed board.")
+policy = typer.Typer(
+    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
+)
 
 COMMANDS: dict[Callable[..., None], tuple[str, str]] = {
     run: ("run every stage the session has data for", "calib run pool-1 pool-2 --jobs 2"),
@@ -62,15 +67,17 @@ COMMANDS: dict[Callable[..., None], tuple[str, str]] = {
         "calib camera scale board_on_water.png --camera camera.toml",
     ),
     aquarium: ("film many swimmers at once", "calib aquarium pool --swimmers 200 --out pool.rrd"),
+    train: ("train a policy on the twin and score it", "calib policy train pool --task circle"),
+    evaluate: ("score a policy next to the paper's", "calib policy evaluate pool --task circle"),
+    play: ("film one episode of a policy", "calib policy play pool --target=-2,0.5 --out reach.mp4"),
 }
 """The commands, each with a summary and an example for its help."""
-OF_CAMERA = (board, lens, scale)
+GROUPS = dict.fromkeys((board, lens, scale), camera) | dict.fromkeys((train, evaluate, play), policy)
 
 app.add_typer(camera, name="camera", short_help="calibrate the lens, measure the scale")
 for command, (made, example) in COMMANDS.items():
     kind = SeveralFiles if command is new else Command
-    group = camera if command in OF_CAMERA else app
-    group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
+    GROUPS.get(command, app).command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
 app.add_typer(policy, name="policy", short_help="train and score policies on the twin")
 
 

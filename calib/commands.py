@@ -2,13 +2,13 @@
 
 Videos and tracks: `track`, `edit`, `view`, `convert`. A session and its results: `new`, `run`, `fit`, `posterior`,
 `diagnose`, `report`, `mjcf`; `doctor` checks it. The robot: `robot`. The camera: `board`, `lens`, `scale`. Policies and
-pools: `policy` with `train`, `evaluate` and `play`, and `aquarium`.
+pools: `train`, `evaluate`, `play` and `aquarium`.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -50,9 +50,6 @@ PolicyFile = Annotated[
 ]
 Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
 _TEST_SEED = 1_000_003  # seed of goals that no training sees
-policy = typer.Typer(
-    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
-)
 
 
 # Videos and tracks.
@@ -536,17 +533,6 @@ def aquarium(  # noqa: PLR0913
         return
     print(f"{swimmers} swimmers, {seconds:g} s in {shoal.wall_s:.1f} s: {shoal.in_real_time} swim in real time here")
     print(out)
-
-
-_OF_POLICY: dict[Callable[..., None], tuple[str, str]] = {
-    train: ("train a policy on the twin and score it", "calib policy train pool --task circle"),
-    evaluate: ("score a policy next to the paper's", "calib policy evaluate pool --task circle"),
-    play: ("film one episode of a policy", "calib policy play pool --target=-2,0.5 --out reach.mp4"),
-}
-
-
-for command, (made, example) in _OF_POLICY.items():
-    policy.command(cls=Command, short_help=made, epilog=f"Example: {example}")(command)
 
 
 def _parse_place(text: str) -> tuple[float, float]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from calib.given import AnySession, compute_elsewhere, folder_of, list_folders, working_on
 from calib.kept_output import keep_output
-from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
+from calib.options import EffortName, LastStepName, ObjectiveName, Options
 from swimcal.errors import Fault, InputError
 from swimcal.session import Session
 
@@ -59,7 +59,8 @@ def run(
     """
     from calib.batch import index_sessions, run_all, run_pipeline
 
-    check_last_step(until)
+    if until not in get_args(LastStepName):
+        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
     options = Options(effort, workers)
     if jobs < 1:
         raise InputError([Fault("jobs", "", "no number of sessions at a time", str(jobs), "1 or more")])

@@ -43,15 +43,10 @@ def check_options(sources: Mapping[str, bool], options: Mapping[str, object]) ->
     faults.raise_if_any()
 
 
-def check_fps(fps: float | None, faults: FaultCollector) -> None:
-    """Add a fault for a frame rate that is none.
-
-    Args:
-        fps: frames a second; None where it is not given.
-        faults: the faults of the call.
-    """
+def check_fps(fps: float | None) -> None:
+    """Raise an `InputError` for frames a second that are none; None where they are not given."""
     if fps is not None and not 0 < fps < float("inf"):
-        faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
+        raise InputError([Fault("the options", "--fps", "not a frame rate", f"{fps:g}", "a number above 0")])
 
 
 def folder_of(session: AnySession) -> Path:

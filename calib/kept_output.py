@@ -99,7 +99,7 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, CommandOutput]]:
     from dataclasses import replace
 
     from calib.results.made import fit_result, gap_result, posterior_result, structure_result
-    from calib.terminal import export_lines, result_lines
+    from calib.terminal import result_lines
 
     def make_answer(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> CommandOutput:
         again = replace(found, notes=(*notes, *pipeline.recordings.notes), made=())
@@ -122,7 +122,7 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, CommandOutput]]:
     if gap is not None and usual:
         yield "diagnose", make_answer(gap_result(pipeline, gap), gap.effort)
     if page is not None:
-        text = "\n".join(export_lines([f"{pipeline.session.name}: {pipeline.standing}"], [page])) + "\n"
+        text = f"{pipeline.session.name}: {pipeline.standing}\n{page}\n"
         yield "report", CommandOutput(fit.effort, text, text)
         others = {None if stage is None else stage.effort for stage in (posterior, gap)}
         if None not in others and (fit.effort == "quick" or (others == {"full"} and usual)):

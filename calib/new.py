@@ -95,10 +95,20 @@ def new_from_files(  # noqa: PLR0913  the arguments of a command
             shutil.copyfile(robot, part / "robot.toml")
         if lens is not None:
             shutil.copyfile(lens, part / CAMERA_FILE)
-        notes = [*notes, *of_markers]
-        write_whole(
-            part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes, lens)
+        swims = [trial.name for trial in ordered if trial.kind == "swim"]
+        template = environment("calib", escaped=False).get_template("session.toml.j2")
+        text = template.render(
+            name=json.dumps(folder.absolute().name),
+            trials=ordered,
+            notes=[*notes, *of_markers],
+            rate=rate,
+            markers=json.dumps(list(markers)),
+            robot=spec,
+            robot_file=robot,
+            lens=lens,
+            held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
         )
+        write_whole(part / SESSION_FILE, text)
 
 
 @dataclass
@@ -319,33 +329,6 @@ def _put(source: Path, target: Path) -> None:
         os.link(source.resolve(), target)  # resolved, so that it is no link to a link
     except OSError:
         shutil.copyfile(source, target)
-
-
-def _text(  # noqa: PLR0913  all that the template shows
-    name: str,
-    trials: Sequence[_Trial],
-    rate: float,
-    markers: Sequence[str],
-    robot: RobotSpec,
-    robot_file: str | Path | None,
-    fit: Sequence[str],
-    notes: Sequence[str],
-    lens: Path | None,
-) -> str:
-    """Write `session.toml` with comments, and first what the user has to fill in."""
-    swims = [trial.name for trial in trials if trial.kind == "swim"]
-    template = environment("calib", escaped=False).get_template("session.toml.j2")
-    return template.render(
-        name=json.dumps(name),
-        trials=trials,
-        notes=notes,
-        rate=rate,
-        markers=json.dumps(list(markers)),
-        robot=robot,
-        robot_file=robot_file,
-        lens=None if lens is None else CAMERA_FILE,
-        held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
-    )
 
 
 def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:

@@ -51,16 +51,6 @@ class Options:
             raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
 
 
-def check_last_step(until: str) -> None:
-    """Refuse a last step that no run has.
-
-    Raises:
-        InputError: there is no such step.
-    """
-    if until not in get_args(LastStepName):
-        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
-
-
 @dataclass(frozen=True, eq=False)
 class Job:
     """The work on one session: the files made, in their order, and notes, sentences for the user."""

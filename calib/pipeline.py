@@ -3,21 +3,22 @@
 Its last stage, `ReportStage`, makes ``results/report.html`` from the results of all others.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TypeVar, get_args
 
 from calib.options import EffortName, Job, Options
 from calib.progress_bar import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, ReferenceSession, check_names
 from calib.stages.fit import FitStage, PosteriorStage, PublishedStage, StructureStage
 from calib.stages.recordings import Recordings
+from diagnosis.discrepancy import Discrepancy
+from diagnosis.result import EffectTestResult
 from fitting.calibration import Calibration
 from fitting.structure import Structure
-from fitting.trial import MeasuredTrial
 from reports.context import ReportContext, read_swims, swims_files
 from reports.report import write_report
 from swimcal.effects.catalogue import catalogue
@@ -28,9 +29,7 @@ from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.stage import Stage, session_lock
 
-if TYPE_CHECKING:
-    from diagnosis.discrepancy import Discrepancy
-    from diagnosis.result import EffectTestResult
+AnyStage = TypeVar("AnyStage", bound=Stage)
 
 
 def open_session(folder: Path, needs_commands: bool = True) -> Session:
@@ -49,6 +48,11 @@ def open_session(folder: Path, needs_commands: bool = True) -> Session:
     return load_session(folder, load_robot, needs_commands=needs_commands)
 
 
+def _current(stage_of: Callable[[EffortName], AnyStage]) -> AnyStage | None:
+    """Find the stage whose results are current, whatever its effort; None where there is none."""
+    return next((stage for stage in map(stage_of, get_args(EffortName)) if stage.is_current), None)
+
+
 class ReportStage(Stage):
     """The report of a fit, with its posterior and the diagnosis where they are current, and policies where trained."""
 
@@ -64,7 +68,7 @@ class ReportStage(Stage):
         if published is not None:
             inputs["published"] = sha256_of(published.file)
         if posterior is not None:
-            inputs["posterior"] = sha256_of(posterior.summary_file)
+            inputs["posterior"] = sha256_of(posterior.file.with_suffix(".json"))
         if diagnosis is not None:
             inputs["diagnosis"] = sha256_of(diagnosis.file)
         inputs |= {file.name: sha256_of(file) for file in swims_files(job.results)}
@@ -112,11 +116,6 @@ class Pipeline:
         return Recordings(self.job)
 
     @property
-    def trials(self) -> list[MeasuredTrial]:
-        """All usable swims, measured."""
-        return self.recordings.swims
-
-    @property
     def only_dry(self) -> bool:
         """Return whether the session has dry experiments and no swims."""
         return self.recordings.has_experiments and not self.recordings.has_swims
@@ -158,13 +157,11 @@ class Pipeline:
     @property
     def current_fit(self) -> FitStage | None:
         """The current fit, whatever its effort; None where there is none of these recordings."""
-        fits = map(self._fit_of, get_args(EffortName))
-        return next((stage for stage in fits if stage.is_current), None)
+        return _current(self._fit_of)
 
     def current_published(self) -> PublishedStage | None:
         """Find the current published search, whatever its effort; None where there is none of these recordings."""
-        stages = (self._published_of(effort) for effort in get_args(EffortName))
-        return next((stage for stage in stages if stage.is_current), None)
+        return _current(self._published_of)
 
     def the_fit(self) -> FitStage:
         """Return the current fit.
@@ -185,14 +182,13 @@ class Pipeline:
 
     def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
         """Find the posterior of the current fit, whatever its effort; None where there is none."""
-        stages = (PosteriorStage(self.job, fit, effort) for effort in get_args(EffortName))
-        return next((stage for stage in stages if stage.is_current), None)
+        return _current(lambda effort: PosteriorStage(self.job, fit, effort))
 
     def fit(self) -> Path:
         """Bring `results/calibration.json` and `results/calibrated.xml` up to date, and the structure they build on."""
         self.recordings.tracks()
         if not self.fits.is_current:
-            self.calibrated()
+            self.fits.current()
         elif not self.structures.is_up_to_date:
             _ = self.structure
         return self.fits.file
@@ -211,10 +207,6 @@ class Pipeline:
         self.notes.append(self.dry_note)
         return self.structures.file
 
-    def calibrated(self) -> Calibration:
-        """Return the calibration: made when inputs, program, engine or effort changed, else read back."""
-        return self.fits.current()
-
     def posterior(self) -> PosteriorStage:
         """Bring `results/posterior.nc` of the current fit up to date, and its summary in `calibration.json`.
 
@@ -224,7 +216,7 @@ class Pipeline:
             NotConverged: draws that must not be relied on; nothing is written.
         """
         if self.only_dry:
-            _ = self.trials  # raises what is missing
+            _ = self.recordings.swims  # raises what is missing
         fit = self._fit_to_build_on()
         standing = None if self.options.effort else self.current_posterior(fit)
         stage = standing or PosteriorStage(self.job, fit, self.options.effort or fit.effort)
@@ -245,7 +237,7 @@ class Pipeline:
     def diagnosis(
         self,
         without: frozenset[str] = frozenset(),
-        discrepancy: "Discrepancy | None" = None,
+        discrepancy: Discrepancy | None = None,
         own: tuple[Effect, ...] = (),
         reference: Path | None = None,
     ) -> DiagnosisStage:
@@ -265,16 +257,15 @@ class Pipeline:
         self.recordings.tracks()
         healthy = None if reference is None else self._compare_with(reference)
         fit = self._fit_to_build_on()
-        efforts = (self.options.effort,) if self.options.effort else get_args(EffortName)
-        stages = [self._diagnosis_of(fit, effort, without, own, healthy) for effort in efforts]
-        stage = next((stage for stage in stages if stage.is_current), None)
-        if stage is None:
-            stage = self._diagnosis_of(fit, self._effort_of_diagnosis(fit), without, own, healthy)
+        standing = None
+        if self.options.effort is None:
+            standing = _current(lambda effort: self._diagnosis_of(fit, effort, without, own, healthy))
+        stage = standing or self._diagnosis_of(fit, self._effort_of_diagnosis(fit), without, own, healthy)
         if not stage.is_current:
             stage.make(discrepancy)
         return stage
 
-    def effect_test(self, names: Sequence[str]) -> "EffectTestResult":
+    def effect_test(self, names: Sequence[str]) -> EffectTestResult:
         """Test effects that a user names; the outcome is also in `results/supposed.json`."""
         check_names("--test", names, catalogue())
         self.recordings.tracks()
@@ -295,10 +286,8 @@ class Pipeline:
                 healthy = ReferenceSession(other.job, other.recordings, other.the_fit())
             if healthy is None:
                 return None
-        stages = (
-            self._diagnosis_of(fit, effort, standing.withheld, reference=healthy) for effort in get_args(EffortName)
-        )
-        return next((stage for stage in stages if stage.is_current), None)
+        withheld = standing.withheld
+        return _current(lambda effort: self._diagnosis_of(fit, effort, withheld, reference=healthy))
 
     def _compare_with(self, folder: Path) -> ReferenceSession:
         """Return a reference session with a current fit, and refuse one of another robot or camera."""

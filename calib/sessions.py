@@ -103,9 +103,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         | {"--rename": dict(rename), "--seed": seed, "--like": like},
     )
     model = None if like is None else open_session(folder_of(like))
-    faults = FaultCollector("the options")
-    check_fps(fps, faults)
-    faults.raise_if_any()
+    check_fps(fps)
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
@@ -208,9 +206,7 @@ def load_tracks(
     """
     from tracking.formats import import_tracks
 
-    faults = FaultCollector("the options")
-    check_fps(fps, faults)
-    faults.raise_if_any()
+    check_fps(fps)
     return import_tracks(Path(path), tuple(markers), fps, rename)
 
 
@@ -248,7 +244,8 @@ def convert_tracks(
 
     check_form(to, "--to")
     names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
-    check_fps(fps, faults)
+    with faults.nested():
+        check_fps(fps)
     if not all(names) or len(set(names)) < len(names):
         faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
     if Path(out).suffix in (".h5", ".hdf5"):

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -52,10 +51,6 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
 
 
-def _told_as(kind: str, *_context: Any, **_more: Any) -> str:
-    return kind
-
-
 class Command(TyperCommand):
     """A command whose help says of what kind a value is in words, not in terms of Python."""
 
@@ -66,7 +61,7 @@ class Command(TyperCommand):
                 kind = param.display_type(typer.Context(self))
                 told = _IN_WORDS.get(kind, kind)
                 told = told.removesuffix(" …") if isinstance(param, TyperArgument) else told  # its name says "…" itself
-                vars(param)["display_type"] = partial(_told_as, told)
+                vars(param)["display_type"] = lambda *_, told=told, **__: told
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
@@ -100,11 +95,6 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     return [*notes, *lines, str(main or result.file)]
 
 
-def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
-    """Return the lines of files that were written: what they are, then where they are."""
-    return [*notes, *map(str, files)]
-
-
 def print_export(made: Export, as_json: bool = False) -> None:
     """Print what was written: what it is, then the files.
 
@@ -114,7 +104,7 @@ def print_export(made: Export, as_json: bool = False) -> None:
         files = list(map(str, made.files))
         print(json.dumps({"files": files, "notes": made.notes, "failures": dict(made.failures)}, indent=1))
     else:
-        for line in export_lines(made.notes, made.files):
+        for line in (*made.notes, *made.files):
             print(line)
         for name, why in made.failures.items():
             print(f"calib: {name} failed: {why}", file=sys.stderr)

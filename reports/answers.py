@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
+from diagnosis.sentences import at_stage
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
 from reports.caveats import (
@@ -25,8 +26,6 @@ from reports.caveats import (
 from reports.words import (
     MODELS,
     MORE_THAN_NOISE,
-    Change,
-    changes,
     compared_with_best,
     counted,
     effect_size,
@@ -105,11 +104,6 @@ class HowFarOff:
     best: str
     compared: str
     misses: str
-
-    @property
-    def best_rule(self) -> float | None:
-        """Speed error of the best simple rule, m/s; None where there is none."""
-        return self.beside.get(self.best)
 
     @property
     def rules(self) -> str:
@@ -221,7 +215,6 @@ class WhatIsMissing:
 
     Attributes:
         where, which, how_far: a sentence each, after its question.
-        changes: held-out errors without and, where something was added, with the named effects.
         chances: probability of each likely effect, the likeliest first, that the catalogue holds none, and, unless it
             would print as 0.00, that there is no gap.
         named: the effects that are named.
@@ -236,7 +229,6 @@ class WhatIsMissing:
     where: str
     which: str
     how_far: str
-    changes: tuple[Change, ...]
     chances: Mapping[str, float]
     named: tuple[str, ...]
     groups: tuple[str, ...]
@@ -393,8 +385,6 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
 
 
 def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
-    from diagnosis.sentences import at_stage  # its package loads the twin
-
     where, which, how_far = (text.partition(": ")[2] for text in gap_sentences(found))
     few = {
         name: chance for i, (name, chance) in enumerate(found.chances.items()) if i < _LIKELY or name in found.effects
@@ -410,7 +400,6 @@ def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
         where=where,
         which=which,
         how_far=how_far,
-        changes=changes(found),
         chances=chances,
         named=named,
         groups=groups,

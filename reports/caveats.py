@@ -14,6 +14,7 @@ from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
 from fitting.trial import SCORED_S, MeasuredTrial
 from reports.words import MM, MORE_THAN_NOISE, in_words, listed, percent, sentence, shown
+from swimcal.effects.catalogue import catalogue
 from swimcal.flags import FLAG_KINDS, Flag
 
 if TYPE_CHECKING:
@@ -105,7 +106,8 @@ def _checks(found: DiagnosisResult) -> list[str]:
         )
     known = [f.measured_hz / f.commanded_hz - 1 for f in found.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and (found.verdict == "unexplained" or _is_of_drive(found)):
+    of_drive = any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
+    if abs(off) > _OFF and (found.verdict == "unexplained" or of_drive):
         caveats.append(
             f"tails beat {shown(100 * abs(off), 0)} % {'slower' if off < 0 else 'faster'} than commanded: check "
             "[camera] fps and commanded_hz (crank turns per second) before you blame clock, gear or motor"
@@ -146,12 +148,6 @@ def _of_verdict(found: DiagnosisResult) -> list[str]:
     return caveats
 
 
-def _is_of_drive(found: DiagnosisResult) -> bool:
-    from swimcal.effects.catalogue import catalogue  # this import loads the twin
-
-    return any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
-
-
 def beats_off_command(found: CalibrationResult) -> bool:
     """Tell whether all fit trials with a command beat at far other frequencies."""
     fitted = (trial for trial in found.trials.values() if trial.role == "fit")
@@ -177,7 +173,7 @@ def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
     caveats = [sentence(flag.message) for flag in trial.flags if not flag.markers]
     if scores.used_fraction < LITTLE_USED:
         caveats.append(f"Only {percent(scores.used_fraction)} of the scored samples count; the rest is flagged.")
-    if (seconds := scored_seconds(measured)) < 0.98 * SCORED_S:
+    if (seconds := float(measured.scored.sum() * np.median(np.diff(measured.time_s)))) < 0.98 * SCORED_S:
         caveats.append(f"The marker distance is a mean over {shown(seconds)} s instead of {SCORED_S:g} s.")
     if (beats := beats_compared(measured)) < FEW_BEATS:
         caveats.append(f"The speeds are slopes over {'one beat' if beats == 1 else 'less than one whole beat'}.")
@@ -205,16 +201,6 @@ def kinds_of_whole_trials(flags: Mapping[str, Iterable[Flag]]) -> dict[str, str]
         for kind in dict.fromkeys(flag.kind for flag in own if not flag.markers):
             names.setdefault(kind, []).append(name)
     return {kind: "every trial" if len(own) == len(flags) else listed(own) for kind, own in names.items()}
-
-
-def track_flags(trial: MeasuredTrial) -> tuple[Flag, ...]:
-    """Return the flags that concern stretches of markers."""
-    return tuple(flag for flag in trial.flags if flag.markers)
-
-
-def scored_seconds(trial: MeasuredTrial) -> float:
-    """Compute the length of the window that the marker distance is taken over, s."""
-    return float(trial.scored.sum() * np.median(np.diff(trial.time_s)))
 
 
 def beats_compared(trial: MeasuredTrial) -> int:

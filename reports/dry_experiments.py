@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -47,8 +46,6 @@ from reports.words import (
     with_error,
 )
 
-T = TypeVar("T")
-
 # Free decays
 _LABEL_GAP = 0.074  # least distance between two names, as a share of the height
 _CLOSE = 0.24  # room for the names before time 0, as a share of the time shown
@@ -74,7 +71,6 @@ DRY_RUN_COLUMNS = table_head(
     "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
     "lowest alone [mm] | arm alone [mm]"
 )
-OFF_COMMAND = 3  # index of the column about the command
 
 
 # Free decays.
@@ -327,24 +323,18 @@ def _dry_run_table(fit: CrankFit) -> Table:
         "Each dry run: speed, crank angle in the first frame, marker distance of the twin with the joint arm, and the "
         "lowest of this run alone."
     )
-    rows = tuple(map(_dry_run_row, fit.trials))
-    if not any(trial.measured.motor for trial in fit.trials):
-        return Table(caption, DRY_RUN_COLUMNS, rows, folded=True)
-    return Table(caption, _without_command(DRY_RUN_COLUMNS), tuple(map(_without_command, rows)), folded=True)
+    logged = any(trial.measured.motor for trial in fit.trials)
+    return Table(caption, DRY_RUN_COLUMNS, tuple(_dry_run_row(trial, logged) for trial in fit.trials), folded=True)
 
 
-def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
-    """Drop the cells about the command: with a motor log, the section on the motor tells more of it."""
-    return cells[:OFF_COMMAND] + cells[OFF_COMMAND + 1 :]
-
-
-def _dry_run_row(trial: CrankTrial) -> tuple[str, ...]:
+def _dry_run_row(trial: CrankTrial, logged: bool) -> tuple[str, ...]:
+    """Make the row of a run; where runs are `logged`, the section on the motor tells more of the command."""
     commanded = trial.measured.commanded_hz
     return (
         trial.name,
         shown(commanded, 3),
         f"{shown(trial.speed_hz, 4)} ± {shown(trial.speed_se_hz, 4)}",
-        MISSING if not commanded else shown(100 * (trial.speed_hz / commanded - 1), 1, signed=True),
+        MISSING if logged or not commanded else shown(100 * (trial.speed_hz / commanded - 1), 1, signed=True),
         f"{shown(float(np.degrees(trial.phase_rad)), 1)} ± {shown(float(np.degrees(trial.phase_se_rad)), 1)}",
         in_mm(trial.marker_error_m),
         in_mm(trial.published.distance_m),

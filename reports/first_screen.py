@@ -278,7 +278,7 @@ def _describe_exported(off: HowFarOff) -> Markup:
         parts.append(Markup("No held-out trial tells how well it forecasts."))
         return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
-    rule = off.best_rule
+    rule = off.beside.get(off.best)
     beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, to {in_mm(rule)}"
     theory = off.beside_theory and f", {off.beside_theory}"
     text = "The exported twin predicts the speed of {} to <b>{}&nbsp;mm/s</b> of {}{}{}."

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch, Patch, Polygon
 
+from diagnosis.constants import HELD
 from diagnosis.places import HEAD
 from diagnosis.result import DiagnosisResult, GapSize, MissingForces
 from fitting.calibration import CalibratedTrial
@@ -85,7 +86,6 @@ _GAP_IN = 0.3
 _NAMES = {"floor": "noise"}
 
 # Effects
-HELD = 0.5  # the same as in `diagnosis.constants`, which is not imported because it loads the twin
 _MOST = 9  # largest number of effects that are shown
 _LEAST = 0.005  # smallest probability that is shown of an effect that is not named
 _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}

@@ -84,11 +84,10 @@ def _round(number: re.Match[str]) -> str:
 
 @dataclass(frozen=True)
 class Prose:
-    """A paragraph; a `lead` is printed large."""
+    """A paragraph."""
 
     kind: ClassVar[str] = "prose"
     text: str
-    lead: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ from scipy.stats import rankdata
 from reports.coefficients import NAMES
 from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, table_head
-from reports.robot import WORDS
 from reports.style import (
     EBT,
     EBT_LARGE,
@@ -39,7 +38,19 @@ from reports.style import (
     small_multiples,
     styled,
 )
-from reports.words import MM, counted, in_mm, listed, percent, shortened, shown, significant, spanned, with_error
+from reports.words import (
+    MM,
+    counted,
+    in_mm,
+    in_words,
+    listed,
+    percent,
+    shortened,
+    shown,
+    significant,
+    spanned,
+    with_error,
+)
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 if TYPE_CHECKING:
@@ -277,7 +288,7 @@ def _how(found: PosteriorSummary) -> str:
 def _robot(found: PosteriorSummary) -> Table:
     rows = tuple(
         (
-            WORDS.get(part.quantity, part.quantity),
+            in_words(part.quantity),
             significant(100 * part.sd, 2),
             "dry experiments" if part.measured else "assumed: not measured",
             with_error(100 * part.mean_after, 100 * part.sd_after),

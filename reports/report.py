@@ -47,22 +47,19 @@ TERMS = {
 
 def build_provenance(context: ReportContext) -> Section:
     """Build the section: everything that is needed to make the report again."""
+    notes = (Points("About this run", tuple(map(sentence, context.notes))),) if context.notes else ()
     inputs = tuple(sorted(context.provenance.inputs.items()))
     columns = table_head("input | sha256")
     return Section(
         "Provenance",
         "provenance",
         (
-            *_notes(context),
+            *notes,
             Points("Assumed, not measured in this session", _assumptions(context)),
             Terms(_made_with(context), "Program and settings"),
             Table("Input files, by name in the session folder.", columns, inputs, folded=True),
         ),
     )
-
-
-def _notes(context: ReportContext) -> tuple[Points, ...]:
-    return (Points("About this run", tuple(map(sentence, context.notes))),) if context.notes else ()
 
 
 def _assumptions(context: ReportContext) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ from reports.words import (
     MM,
     counted,
     in_mm,
+    in_words,
     listed,
     percent,
     sentence,
@@ -54,7 +55,6 @@ _NAMES_APART_MM = 27.0  # least distance of two slanted names
 _ROUNDS = 50  # iterations that move the names apart
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
 
-WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
 SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
 COLUMNS = table_head("number | value [± standard error] | unit | taken from")
 
@@ -196,7 +196,7 @@ def build_structure(context: ReportContext) -> Section:
 
 def _describe_sources(sources: tuple[Source, ...]) -> str:
     chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
-    missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
+    missing = [in_words(source.quantity) for source in sources if source.assumed]
     if not missing:
         return chain + "All of it was measured in this session."
     return chain + (
@@ -210,7 +210,7 @@ def _row(source: Source) -> tuple[str, ...]:
     value = scale * source.value
     shown = significant(value) if source.se is None else with_error(value, scale * source.se)
     origin = f"assumed; {source.sentence}" if source.assumed else listed(source.trials)
-    return WORDS.get(source.quantity, source.quantity), shown, unit, origin
+    return in_words(source.quantity), shown, unit, origin
 
 
 def _turns(context: ReportContext) -> list[tuple[str, ...]]:

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fitting.trial import MeasuredTrial
-from reports.caveats import track_flags
 from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.style import HALF_WIDTH_IN, INKS, SHADE, Margins, panel, styled
@@ -104,7 +103,7 @@ def picture_of_tracks(trial: MeasuredTrial) -> Plot:
 
 def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
     own = trial.first_frame, trial.first_frame + len(trial.time_s) - 1
-    for flag in track_flags(trial):
+    for flag in (each for each in trial.flags if each.markers):
         first, last = flag.frames or own
         seen = trial.time_s[trial.rows_of(flag)]
         when = "outside the trial"

@@ -10,6 +10,7 @@ from math import floor, isfinite, isnan, log10, nan
 from typing import NamedTuple
 
 from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, GapSize, parameters_of
+from diagnosis.sentences import plain, where, which
 from fitting.baselines import BASELINES
 from fitting.ebt import FORMS
 from fitting.session_forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
@@ -87,9 +88,9 @@ def whole_percent(share: float) -> str:
     return f"{shown(value, 1 if 0.05 <= abs(value) < 0.95 else 0)} %"
 
 
-def of_its_size(value: float, *, signed: bool = False) -> str:
+def of_its_size(value: float) -> str:
     """Format a number with two decimals, one from 10 on, none from 100 on."""
-    return shown(value, 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2, signed=signed)
+    return shown(value, 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2)
 
 
 def spanned(low: float, high: float, how: Callable[[float], str] = significant) -> str:
@@ -248,11 +249,6 @@ def is_baseline(model: str) -> bool:
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     """Write the three sentences, each after its question."""
-    from diagnosis.sentences import (
-        where,
-        which,  # its package loads the twin
-    )
-
     return where(found), which(found), f"How far: {how_far(found)}"
 
 
@@ -343,8 +339,6 @@ def _how_surely(gap: GapSize) -> str:
 
 def next_experiment(found: DiagnosisResult) -> str:
     """Describe the most informative experiment and what it separates; empty where none is expected to tell enough."""
-    from diagnosis.sentences import plain  # its package loads the twin
-
     useful = [each for each in found.next_experiments if each.expected_error < SEPARATES]
     if not useful:
         return ""

@@ -197,7 +197,7 @@ class _Both:
 
     def _data(self, pipeline: Pipeline) -> SessionData:
         pipeline.recordings.tracks()
-        trials: Sequence[MeasuredTrial] = pipeline.trials
+        trials: Sequence[MeasuredTrial] = pipeline.recordings.swims
         job, markers = pipeline.job, trials[0].markers
         at = np.array(pipeline.the_fit().result().coefficients)
         twin = Twin(job.robot, markers, workers=1)

@@ -66,7 +66,7 @@ def _fit(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple
         progress(f"{name}: {message}", share)
 
     pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), progress=report))
-    calibration = pipeline.calibrated()
+    calibration = pipeline.fits.current()
     errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
     summary = calibration.summary("fit")
     assert summary is not None

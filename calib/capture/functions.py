@@ -9,7 +9,7 @@ import argparse
 import contextlib
 import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -122,8 +122,10 @@ def run(  # noqa: PLR0913
     faults: list[str] = []
     speeds = _speeds(hz, faults)
     _check_address(baud, motor_id, faults)
-    _check_most({"seconds": (seconds, 3600.0)}, faults)
-    _check_most({"max-current": (max_current_a, 4.9), "max-temperature": (max_temperature_c, 80.0)}, faults)
+    ampere, celsius = ("max-current", max_current_a, 4.9), ("max-temperature", max_temperature_c, 80.0)
+    for name, value, most in (("seconds", seconds, 3600.0), ampere, celsius):
+        if not 0 < value <= most:
+            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
     for name, word, choices in (("kind", kind, ("swim", "dry")), ("role", role, ("fit", "holdout"))):
         if word not in choices:
             faults.append(f"--{name}: found {word!r}; choices: {', '.join(choices)}")
@@ -183,12 +185,6 @@ def _check_address(baud: int, motor_id: int, faults: list[str]) -> None:
         faults.append(f"--baud: found {baud}; choices: {', '.join(map(str, BAUD_RATES))}")
     if not 0 <= motor_id <= 252:
         faults.append(f"--id: found {motor_id}; expected: 0 to 252")
-
-
-def _check_most(values: Mapping[str, tuple[float, float]], faults: list[str]) -> None:
-    for name, (value, most) in values.items():
-        if not 0 < value <= most:
-            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
 
 
 def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:

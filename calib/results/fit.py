@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from calib.results.gap import interval_lines
 from calib.results.result import TIME, FitFigures, Result, StructureFigures, flag_frame, flag_lines, forecast_frame
@@ -30,8 +31,6 @@ from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fitting.posterior.summary import PosteriorSummary
 
 _HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
@@ -154,8 +153,6 @@ class FitResult(Result):
         Raises:
             InputError: no such trial, or the fit was replaced.
         """
-        import xarray as xr
-
         if trial not in self.trials:
             raise InputError([Fault("motion", "", "no such trial", repr(trial), "a swim trial", tuple(self.trials))])
         one = self.read_trial(trial)

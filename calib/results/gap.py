@@ -14,6 +14,7 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+import xarray as xr
 
 from calib.results.result import GapFigures, PosteriorFigures, Result, flag_frame, forecast_frame
 from diagnosis.result import (
@@ -47,8 +48,6 @@ from reports.words import (
 from swimcal.flags import Flag
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fitting.posterior.summary import PosteriorSummary
     from fitting.session_forecast import SessionForecast
 
@@ -94,8 +93,6 @@ class PosteriorResult(Result):
         Dimensions `quantile` (0.05 to 0.95) and `frequency` (Hz); variables `speed`, the expected one, and
         `another_trial`, that of a trial that could still be swum, m/s.
         """
-        import xarray as xr
-
         from fitting.posterior.prediction import QUANTILES  # it loads ArviZ
 
         found, places = self.data.sweep, ("quantile", "frequency")

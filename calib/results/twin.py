@@ -10,14 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from calib.results.result import TIME, Export
 from fitting.pool import forward_speed, head_frame
+from reports.robot import planform_figure
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.effect import MOVING_WAYS, Effect, Parameter
 from swimcal.errors import Fault, InputError
@@ -29,9 +30,6 @@ from swimcal.runs import Runs
 from swimcal.session_file import FASTEST_HZ
 from swimcal.twin import Twin
 from tracking.head_frame import select_head
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 PICTURES = (".png", ".svg", ".pdf")
 """Endings of the pictures of a robot that can be written."""
@@ -120,8 +118,6 @@ class SwimTwin:
                 than the frequencies, an effect that changes no swim, or a frequency that is none.
             SimulationDiverged: the twin left the range in which its numbers mean something.
         """
-        import xarray as xr
-
         hz = _check_frequencies(frequency_hz)
         given = self._check_parameters(parameters or {}, len(hz))
         _check_positive({"fps": fps} if seconds is None else {"fps": fps, "seconds": seconds})
@@ -187,7 +183,7 @@ class SwimTwin:
 
 
 def _numbers_of(value: ArrayLike) -> np.ndarray:
-    """Convert what was given for a parameter to (n,); nan where it is no number."""
+    """Convert what was given to (n,); nan where it is no number."""
     try:
         return np.atleast_1d(np.asarray(value, float))
     except (TypeError, ValueError):
@@ -209,11 +205,7 @@ def check_coefficients(given: Sequence[float]) -> FluidCoefficients:
 
 def _check_frequencies(given: ArrayLike) -> np.ndarray:
     """Convert one or several frequencies, Hz, to (n,); an `InputError` where there is none, or one is not above 0."""
-    what, expected = "no frequency", "crank turns a second above 0"
-    try:
-        hz = np.atleast_1d(np.asarray(given, float))
-    except (TypeError, ValueError):
-        hz = np.array([np.nan])
+    what, expected, hz = "no frequency", "crank turns a second above 0", _numbers_of(given)
     if len(hz) == 0:
         raise InputError([Fault("frequency_hz", "", what, "an empty list", "one or more")])
     if not (np.isfinite(hz) & (hz > 0)).all():
@@ -247,8 +239,6 @@ def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -
         >>> made.notes[1]
         'Its tail rings at 3.6 Hz in air, without tendons'
     """
-    from reports.robot import planform_figure  # it loads Matplotlib
-
     described, picture = load_robot(None if robot is None else Path(robot)), Path(out)
     if picture.suffix.lower() not in PICTURES:
         what, expected = "no picture can be written there", "a name with one of these endings"

@@ -2,8 +2,6 @@
 
 `DiagnosisStage` leads from measured swims to ``results/diagnosis.json``. `write_affected_twin` writes the twin with the
 effects that it fitted: MJCF, and a script for what no MJCF can hold.
-
-The diagnosis takes a second to load: it is imported where it is needed.
 """
 
 from __future__ import annotations
@@ -14,16 +12,20 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage, mjcf_text
 from calib.stages.recordings import Recordings
+from diagnosis.diagnose import Settings, diagnose, weigh_effects
+from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result, effect_test_result, of_session
+from diagnosis.discrepancy import Discrepancy, discrepancy_for
 from diagnosis.held_out import SettledTwin
-from diagnosis.linear_model import LinearModel
+from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.refit import Refit
+from diagnosis.result import DIAGNOSIS, EFFECT_TEST, DiagnosisResult, EffectTestResult
 from fitting.affected_trials import views_of
 from fitting.calibration_file import doubted_trials
 from fitting.phase import fit_phase
@@ -38,10 +40,6 @@ from swimcal.runs import ENGINE
 from swimcal.session_file import CameraSpec
 from swimcal.stage import HasFingerprint, Stage
 from swimcal.twin import Twin
-
-if TYPE_CHECKING:
-    from diagnosis.discrepancy import Discrepancy
-    from diagnosis.result import DiagnosisResult, EffectTestResult
 
 _LONGEST = 120  # characters of a value in a message
 _FORM = 31  # version of the files and of the computation
@@ -68,10 +66,6 @@ class ReferenceSession:
     def fingerprint(self) -> str:
         """A hash over all that a comparison takes from it."""
         return self.fit.fingerprint
-
-    def folder_from(self, job: Job) -> str:
-        """Return its folder, relative to that of another session."""
-        return Path(os.path.relpath(self.job.session.folder, job.session.folder)).as_posix()
 
     def check(self, job: Job) -> None:
         """Check that another session is of the same robot and camera.
@@ -180,10 +174,6 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit".
             SimulationDiverged: the plain twin.
         """
-        from diagnosis.diagnose import diagnose
-        from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result, of_session
-        from diagnosis.result import DIAGNOSIS
-
         job, found = self._job, self._ask(diagnose, self.effects, discrepancy)
         job.note_incomplete(self.incomplete)
         if (kept := self.keep_aside()) is not None:
@@ -204,7 +194,8 @@ class DiagnosisStage(Stage):
         if self._reference is None:
             result = beside_exported_twin(result, self._fit.result().forecasts)
         else:
-            result = of_session(result, self._reference.folder_from(job))
+            folder = os.path.relpath(self._reference.job.session.folder, job.session.folder)
+            result = of_session(result, Path(folder).as_posix())
         written = (*DIAGNOSIS.write(job.results, self._provenance, result), *models)
         self.mark(written)
         job.made.extend(written)
@@ -216,10 +207,6 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin.
         """
-        from diagnosis.diagnose import weigh_effects
-        from diagnosis.diagnosis_file import effect_test_result
-        from diagnosis.result import EFFECT_TEST
-
         effects = [self.effects[name] for name in dict.fromkeys(names)]
         result = effect_test_result(self._ask(weigh_effects, effects))
         EFFECT_TEST.write(self._job.results, self._provenance, result)
@@ -231,8 +218,6 @@ class DiagnosisStage(Stage):
         Raises:
             InputError: there is none of this version.
         """
-        from diagnosis.result import DIAGNOSIS
-
         return DIAGNOSIS.read(self._job.results)
 
     @property
@@ -246,10 +231,6 @@ class DiagnosisStage(Stage):
         discrepancy: Discrepancy | None = None,
     ) -> Found:
         """Call `diagnose` or `weigh_effects` for this session."""
-        from diagnosis.diagnose import Settings
-        from diagnosis.discrepancy import discrepancy_for
-        from diagnosis.linear_model import SessionData
-
         job = self._job
         markers = self._fit.trials[0].markers
         # The neck is as far from the nose as the session says: no scale would explain another distance.

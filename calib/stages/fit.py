@@ -292,11 +292,6 @@ class PosteriorStage(Stage):
         file = job.results / "posterior.nc"
         super().__init__(file, {}, {"form": _FORM_OF_POSTERIOR, "effort": self.effort}, [fit])
 
-    @property
-    def summary_file(self) -> Path:
-        """The path of ``results/posterior.json``, the summary."""
-        return self.file.with_suffix(".json")
-
     @threadpool_limits.wrap(limits=1, user_api="blas")  # several threads round sums differently, and so the bands
     def make(self) -> None:
         """Sample the posterior about the fit and write it.

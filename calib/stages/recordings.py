@@ -148,16 +148,11 @@ class Recordings:
         Raises:
             InputError, NotEnoughData: as `swims`.
         """
-        runs, robot = [], self._robot
+        runs = []
         for spec in self._usable:
             if spec.kind == "dry" and spec.role == "fit":
-                camera = self._session.camera
                 with suppress(NotEnoughData):  # one that cannot be measured is left out
-                    recorded = self._recorded(spec)
-                    tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
-                    motor = read_motor(spec, tracks, camera, robot)
-                    run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
-                    runs.append(self._flagged(run, recorded, run.metres_per_px))
+                    runs.append(self._measure_swim(spec, self._recorded(spec)))
         return ExperimentsInAir(runs, self.experiments.decays)
 
     @property

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -24,7 +25,7 @@ from tracking.boxes import StartBoxes, load_boxes, save_boxes
 from tracking.decoding import is_without_times
 from tracking.edits import EditLog, apply_edits
 from tracking.find_boxes import click_page, doubtful_boxes, find_boxes
-from tracking.follow_video import TRACKERS, Find, Partial, TrackerName, follow_video, retracker
+from tracking.follow_video import TRACKERS, Partial, TrackerName, follow_video, retracker
 from tracking.gaps import fill_gaps
 from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
@@ -94,17 +95,16 @@ class Videos:
 
     def _checked_before(self, spec: TrialSpec) -> StartBoxes | None:
         """Return the boxes if their picture says that they were checked against this video; else None."""
-        names = self._job.session.markers
-        found = self._found_stage(spec, names)
+        found = self._found_stage(spec)
         with suppress(InputError):  # which those who open the video report, with all other faults
             if spec.boxes is not None or found.is_current:
-                boxes = load_boxes(spec.boxes or found.file, names)
+                boxes = load_boxes(spec.boxes or found.file, self._markers)
                 return boxes if self._picture(spec, boxes).is_current else None
         return None
 
     def _picture(self, spec: TrialSpec, boxes: StartBoxes) -> Stage:
-        layout_m = self._layout_m(self._job.session.markers)  # against which boxes are checked
-        return self._stage(f"{spec.name}.boxes.png", spec, {"boxes": boxes.to_json(), "layout_m": layout_m})
+        checked = {"boxes": boxes.to_json(), "layout_m": self._layout_m}  # against which boxes are checked
+        return self._stage(f"{spec.name}.boxes.png", spec, checked)
 
     def _boxes_in(self, spec: TrialSpec, video: Video) -> StartBoxes:
         if spec.name in self._boxes:
@@ -118,8 +118,7 @@ class Videos:
         return boxes
 
     def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
-        names = self._job.session.markers
-        return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
+        return None if spec.boxes is None else load_boxes(spec.boxes, self._markers, video.info, self._layout_m)
 
     def click_page(self, spec: TrialSpec, frame: int | None = None) -> Path:
         """Write a page on which a person clicks the markers of one trial, starting from the boxes there are.
@@ -130,7 +129,7 @@ class Videos:
             InputError: the video has no such frame.
             NotEnoughData: the video cannot be read.
         """
-        page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
+        page, names = self.folder / f"{spec.name}.click.html", self._markers
         with self._opened(spec) as video:
             if frame is None:
                 suggested = None
@@ -140,11 +139,10 @@ class Videos:
                 picture = _frame(spec, video, first if suggested is None else suggested.frame)
             else:
                 picture = video.frame(frame)
-                suggested = self._finder(spec)(picture)
+                suggested = self._find(spec, picture)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
-            layout_m = self._layout_m(names)
             place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
-            click = click_page(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
+            click = click_page(picture.rgb(), names, spec.name, picture.number, suggested, blobs, self._layout_m, place)
             write_whole(page, click)
         return page
 
@@ -152,22 +150,26 @@ class Videos:
         """Return where a person's boxes belong: as the session names them, else next to the video."""
         return spec.boxes or usual_boxes(self._video(spec), spec.name)
 
-    def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
-        return self._job.robot.marker_positions_m(names)[:, :2]
+    @property
+    def _markers(self) -> tuple[str, ...]:
+        return self._job.session.markers
+
+    @cached_property
+    def _layout_m(self) -> np.ndarray:
+        """Places (m, 2) of the markers on the robot, m."""
+        return self._job.robot.marker_positions_m(self._markers)[:, :2]
 
     def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
         """Find the boxes in one of the first frames; they are kept from one run to the next."""
-        names = self._job.session.markers
-        layout_m, stage = self._layout_m(names), self._found_stage(spec, names)
+        stage = self._found_stage(spec)
         if stage.is_current:
-            return load_boxes(stage.file, names)
+            return load_boxes(stage.file, self._markers)
         self._job.progress(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
         spoiled: list[NotEnoughData] = []
         for number in _searched(video.info.frames):
             try:
-                picture = _frame(spec, video, number)
-                found = find_boxes(picture.luma, layout_m, names, frame=number, file=str(spec.video))
+                found = self._sought(spec, _frame(spec, video, number))
             except InputError as problem:
                 problems.append(problem)
                 continue
@@ -189,20 +191,17 @@ class Videos:
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
 
-    def _finder(self, spec: TrialSpec) -> Find:
-        """Make the function that finds the boxes in a frame, where they are certain."""
-        names = self._job.session.markers
-        layout_m = self._layout_m(names)
+    def _find(self, spec: TrialSpec, frame: Frame) -> StartBoxes | None:
+        """Find the boxes in a frame; None where they are not certain."""
+        with suppress(InputError):
+            return self._sought(spec, frame)
+        return None
 
-        def find(frame: Frame) -> StartBoxes | None:
-            with suppress(InputError):
-                return find_boxes(frame.luma, layout_m, names, frame=frame.number, file=str(spec.video))
-            return None
+    def _sought(self, spec: TrialSpec, frame: Frame) -> StartBoxes:
+        return find_boxes(frame.luma, self._layout_m, self._markers, frame=frame.number, file=str(spec.video))
 
-        return find
-
-    def _found_stage(self, spec: TrialSpec, names: tuple[str, ...]) -> Stage:
-        settings = {"markers": names, "layout_m": self._layout_m(names), "finder": 1}
+    def _found_stage(self, spec: TrialSpec) -> Stage:
+        settings = {"markers": self._markers, "layout_m": self._layout_m, "finder": 1}
         return self._stage(f"{spec.name}.boxes.json", spec, settings)
 
     def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> xr.Dataset:
@@ -214,9 +213,9 @@ class Videos:
         def progress(done: int, frames: int, fps: float) -> None:
             self._job.progress(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
 
-        partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
-        names = self._job.session.markers
-        tracked = follow_video(video, boxes, names, tracker, partial, progress, self._finder(spec))
+        resumed = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
+        names = self._markers
+        tracked = follow_video(video, boxes, names, tracker, resumed, progress, partial(self._find, spec))
         frame = video.frame(boxes.frame)
         flags = doubtful_boxes(Grey.of_boxes(frame, boxes, names).of(frame), boxes, names)
         tracked = tracked.assign_attrs(flags=(*flags, *tracked.flags))
@@ -226,7 +225,7 @@ class Videos:
 
     def _corrected(self, spec: TrialSpec, video: Video, raw: xr.Dataset, boxes: StartBoxes) -> xr.Dataset:
         assert spec.edits is not None
-        log = EditLog.load(spec.edits, self._job.session.markers, len(raw.state))
+        log = EditLog.load(spec.edits, self._markers, len(raw.state))
         files, used = TrackedFiles.of(self.folder, spec.name), self._job.results / "tracks" / f"{spec.name}.csv"
         stage = self._corrected_stage(spec, boxes, bool(log.edits))
         if stage.is_current:
@@ -251,7 +250,7 @@ class Videos:
         if boxes is None:
             return False
         assert spec.edits is not None
-        edited = bool(EditLog.load(spec.edits, self._job.session.markers).edits)
+        edited = bool(EditLog.load(spec.edits, self._markers).edits)
         return self._corrected_stage(spec, boxes, edited).is_current
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:
@@ -265,7 +264,7 @@ class Videos:
         return current[0] if current else TRACKERS[0]
 
     def _raw_stage(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> Stage:
-        settings = {"boxes": boxes.to_json(), "markers": self._job.session.markers, "tracker": tracker}
+        settings = {"boxes": boxes.to_json(), "markers": self._markers, "tracker": tracker}
         file = TrackedFiles.of(Path("raw"), spec.name).tracks
         return self._stage(file, spec, settings | {"opencv": cv2.__version__})
 

@@ -112,7 +112,7 @@ def test_a_wrong_command_line_is_refused(calib: Front, arguments: list[str]) -> 
 def outcome_of(folder: Path) -> str:
     """The message reading and measuring a session ends with; empty if it ends well."""
     try:
-        _ = Pipeline(open_session(folder)).trials
+        _ = Pipeline(open_session(folder)).recordings.swims
     except SwimcalError as error:
         return str(error)
     return ""

@@ -87,7 +87,8 @@ def test_what_its_options_offer_is_what_there_is() -> None:
 
 @pytest.mark.parametrize("command", [*(command.__name__ for command in cli.COMMANDS), "capture"])
 def test_every_command_says_how_it_is_used(command: str, calib: Front) -> None:
-    group = ("camera",) if command in ("board", "lens", "scale") else ()
+    groups = {"camera": ("board", "lens", "scale"), "policy": ("train", "evaluate", "play")}
+    group = [name for name, own in groups.items() if command in own]
     outcome = calib(*group, command, "--help")
     assert outcome.code == 0
     assert f"calib {' '.join([*group, command])}" in outcome.out

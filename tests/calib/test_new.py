@@ -190,9 +190,6 @@ def test_a_reference_must_be_another_session_of_the_same_robot(calib: Front, own
     assert not (session / "results" / "calibration.json").exists()
 
 
-SAMPLE = ROOT / "datasets" / "sample" / "trials"
-
-
 @pytest.mark.parametrize(
     ("videos", "names"),
     [

@@ -273,7 +273,7 @@ def test_flags_about_the_lens_reach_the_results(
 
     reported = json.loads(calib("track", tracked, "--json").out)
     assert {flag["kind"] for flag in reported["slow"]["camera"]} == kinds
-    trials = Pipeline(open_session(tracked)).trials
+    trials = Pipeline(open_session(tracked)).recordings.swims
     flagged = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
     assert flagged == {"slow": kinds, "fast": set()}
 

@@ -1,6 +1,5 @@
 """A posterior made by hand: four coefficients that are known, one that is not."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ SPREAD = np.array([0.02, 0.3, 0.2, 0.1, 2.0])
 _STEPS = np.array([-0.02, -0.008, 0.0, 0.008, 0.02])[:, None]  # relative steps of quantiles
 
 
-def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> PosteriorSummary:
+def made_summary(**changes: Any) -> PosteriorSummary:
     """Draws about the fit; Magnus lift spreads over half its range."""
     random = np.random.default_rng(0)
     middle = np.array(BEST._replace(magnus_lift=3.0))
@@ -57,9 +56,9 @@ def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Poste
             np.outer([0.5, 0.8, 0.7], SPREAD),
             SPREAD,
         ),
-        "trials": tuple(_trial(name) for name in names),
-        "forecasts": _forecasts(names),
-        "whiteness": tuple(_whiteness(name) for name in names if ROLES[name][0] == "fit"),
+        "trials": tuple(map(_trial, ROLES)),
+        "forecasts": _forecasts(),
+        "whiteness": tuple(_whiteness(name) for name in ROLES if ROLES[name][0] == "fit"),
         "flags": (
             Flag("markers_off", message="markers sit some 7 mm from where the robot's description has them"),
             Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),
@@ -97,11 +96,11 @@ def _trial(name: str) -> PredictedTrial:
     )
 
 
-def _forecasts(names: Sequence[str]) -> SessionForecast:
+def _forecasts() -> SessionForecast:
     """The line is off by 5 mm/s; the draws are by less."""
     found = {}
-    for name in names:
-        (role, hz), drawn = ROLES[name], _trial(name)
+    for name, (role, hz) in ROLES.items():
+        drawn = _trial(name)
         line = {"line": Forecast(drawn.speed + 0.005)} if role == "holdout" else {}
         found[name] = ForecastTrial(role, hz, drawn.speed, {"posterior": drawn.forecast, **line})
     return SessionForecast(Scatter(), found)

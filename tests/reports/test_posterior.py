@@ -12,16 +12,11 @@ from reports.first_screen import build_summary
 from reports.report import render_report
 from tests.reports.page import Page, nothing_drawn
 from tests.reports.posteriors import made_summary
-from tests.reports.sample import ROLES, made_calibration, made_context
+from tests.reports.sample import made_context
 
 
-def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
-    return Page(
-        render_report(
-            replace(made_context(made_calibration(names)), posterior=found),
-            (build_summary, posterior.build_posterior),
-        )
-    )
+def page_of(found: PosteriorSummary | None) -> Page:
+    return Page(render_report(replace(made_context(), posterior=found), (build_summary, posterior.build_posterior)))
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from fitting.calibration import Calibration
 from reports.context import ReportContext
 from reports.report import render_report
 from swimcal.flags import Flag
-from swimcal.session import Session
 from tests.reports.page import Page
-from tests.reports.sample import (
-    made_calibration,
-    made_context,
-    made_provenance,
-    made_session,
-)
+from tests.reports.sample import made_calibration, made_context, made_session
 
 
 @pytest.fixture(scope="module")
@@ -33,10 +26,6 @@ def medium() -> ReportContext:
 @pytest.fixture(scope="module")
 def html_of_medium(medium: ReportContext) -> str:
     return render_report(medium)
-
-
-def page_of(calibration: Calibration, session: Session | None = None) -> Page:
-    return Page(render_report(ReportContext(session or made_session(), calibration, made_provenance())))
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
@@ -91,7 +80,7 @@ def test_flags_notes_and_provenance_are_printed(page: Page, said: str) -> None:
 
 @pytest.mark.usefixtures("words_alone")
 def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
-    page = page_of(made_calibration(("medium", "fast")))
+    page = Page(render_report(made_context(made_calibration(("medium", "fast")))))
 
     assert "No held-out trial tells how well it forecasts." in page.text
     assert "forecast-speeds" not in page.ids
@@ -105,7 +94,8 @@ def test_names_and_messages_are_escaped() -> None:
     calibration = made_calibration(("medium",))
     flags = (Flag("odd_kind", message=hostile),)
     calibration = replace(calibration, fit=replace(calibration.fit, flags=flags))
-    html = render_report(ReportContext(made_session(name=hostile), calibration, made_provenance(), (hostile,)))
+    context = replace(made_context(calibration), session=made_session(name=hostile), notes=(hostile,))
+    html = render_report(context)
 
     assert "<script>alert" not in html
     assert Page(html).text.count("<script>alert('x')</script> & $co_") >= 4

@@ -11,7 +11,7 @@ from fitting.calibration import Calibration
 from fitting.structure import Source, Structure
 from reports.first_screen import build_summary
 from reports.forecasts import build_forecasts
-from reports.report import SECTIONS, SectionBuilder, render_report
+from reports.report import SectionBuilder, render_report
 from reports.robot import build_structure
 from reports.words import counted, in_mm, listed, percent, shown, significant
 from swimcal.robot import load_robot
@@ -20,24 +20,15 @@ from tests.reports.page import Page, nothing_drawn
 from tests.reports.sample import made_calibration, made_context, made_published
 
 
-def page_of(
-    *only: SectionBuilder,
-    names: tuple[str, ...] = ("slow", "medium", "fast"),
-    published: bool = False,
-    **changes: object,
-) -> Page:
-    """The report, or only some of its sections."""
-    calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
-    context = made_context(calibration)
-    if published:
-        context = replace(context, published=made_published(calibration))
-    return Page(render_report(context, only or SECTIONS))
+def page_of(only: SectionBuilder, **changes: object) -> Page:
+    """One section of the report."""
+    return Page(render_report(made_context(replace(made_calibration(), **changes)), (only,)))  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
 def full() -> Page:
     with nothing_drawn():
-        return page_of(published=True)
+        return Page(render_report(replace(made_context(), published=made_published(made_calibration()))))
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Contexts of a report: of a session that lacks nothing, and of sessions with as many logged trials as one likes."""
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +72,6 @@ SWING = 0.05  # share of the speed, once a turn
 def made_logged(
     name: str = "f0_60",
     hz: float = 0.6,
-    kind: Literal["dry", "swim"] = "swim",
     forward: float = 1.0,
     coded: bool = True,
     **changes: Any,
@@ -106,7 +105,7 @@ def made_logged(
         "usable": True,
         "flags": (),
     }
-    return LoggedTrial(name, kind, MotorRecord(**(record | changes)))
+    return LoggedTrial(name, "swim", MotorRecord(**(record | changes)))
 
 
 def made_targets(count: int = 60) -> PolicySwims:
@@ -133,7 +132,7 @@ def made_circles() -> PolicySwims:
 SLACK = Flag("tendon_pushes", message="for 83 % of the turn a tendon is shorter than at rest")
 
 
-def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> CrankTrial:
+def made_run(name: str, hz: float, phase_rad: float) -> CrankTrial:
     """A valley at 39 mm and this speed and phase."""
     arm, speeds, phases = np.linspace(0.03, 0.049, 20), np.linspace(0.85, 1.15, 21) * hz, np.arange(24) * np.pi / 12
     away = np.angle(np.exp(1j * (phases - phase_rad)))
@@ -154,7 +153,7 @@ def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> Crank
         tail=(2,),
         flags=(),
     )
-    run = CrankTrial(
+    return CrankTrial(
         measured=measured,
         speed_hz=hz,
         speed_se_hz=2e-4,
@@ -168,9 +167,10 @@ def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> Crank
         tendons=TendonUse(0.0004, 0.018, 0.83),
         flags=(SLACK,),
     )
-    return replace(run, **changes)  # type: ignore[arg-type]
 
 
-def made_crank(*runs: CrankTrial, smooth_m: tuple[float, float] = (0.03, 0.0415)) -> CrankFit:
+def made_crank(*runs: CrankTrial) -> CrankFit:
     both = runs or (made_run("dry_slow", 0.6, 0.1), made_run("dry_fast", 1.19, 4.0))
-    return CrankFit(0.0384, 6e-5, smooth_m, both, (Flag("at_bound", message="the arm is at the end of its range"),))
+    return CrankFit(
+        0.0384, 6e-5, (0.03, 0.0415), both, (Flag("at_bound", message="the arm is at the end of its range"),)
+    )
