@@ -58,13 +58,10 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
     Args:
         suite: folder of a suite that was made.
         program: program that diagnoses; it can be pickled.
-        run: way to work off the sessions; workers elsewhere need to see the same folder.
+        run: way to work off the sessions.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
-
-    Raises:
-        InputError: no scheduler answers.
     """
     return _diagnose_pieces(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
 
@@ -78,13 +75,13 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
     Args:
         suite: folder of a suite that was diagnosed.
         program: program that diagnoses; it can be pickled.
-        run: way to work off the sessions; workers elsewhere need to see the same folder.
+        run: way to work off the sessions.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
 
     Raises:
-        InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
+        InputError: a session is not diagnosed yet.
     """
     suite.check_diagnosed()  # From here on the name of the true effect is in a folder.
     pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]

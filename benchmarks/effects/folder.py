@@ -15,7 +15,7 @@ SECONDS = Path("results") / "diagnosis.seconds"
 """File with the duration, where this benchmark ran the program."""
 
 
-Kind = Literal["null", "single", "double", "many", "outside"]
+Kind = Literal["null", "single", "double", "outside"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Answer:
     """Answer of one session."""
 
     session: str  # name of the session
-    kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
+    kind: Kind  # no effect, one or two of the catalogue, or one that the catalogue does not hold
     effects: tuple[str, ...] = ()  # names of the catalogue that are present
     outside: str | None = None  # name of what is present and not in the catalogue; None where all is
     # rivals of each effect that these data cannot separate from it (two-way error above 5 %)

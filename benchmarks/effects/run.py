@@ -29,23 +29,21 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
         suite: the folder to fill.
         seed: seed of the suite.
         size: size of the suite.
-        run: way to work off the pieces; workers elsewhere need to see the same folder.
+        run: way to work off the pieces.
         shard: the sessions to make; others of the same suite may be there already.
 
     Returns:
         What could not be made; the next run tries it again.
 
     Raises:
-        InputError: no scheduler answers, or the folder holds another suite.
+        InputError: the folder holds another suite.
     """
     plans = GENERATORS[size.generator].plan(seed, size)
     _check_same(suite, plans)
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _split_batches(todo, run.workers)}
-    lost = run_cases(
-        partial(_make_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
-    )
+    lost = run_cases(partial(_make_together, suite, size.generator), batches, run, failures.extend)
     return (*failures, *lost)
 
 
@@ -66,8 +64,6 @@ def _make_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) 
 
 
 def _make(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
-    if suite.made(plan.name):  # a cluster does again what a worker had done that then died
-        return None
     for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):
         shutil.rmtree(broken_off, ignore_errors=True)
     making = Making(generator, Discrepancy.load(suite.discrepancy), catalogue())

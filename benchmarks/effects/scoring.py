@@ -6,18 +6,9 @@ from pathlib import Path
 
 from benchmarks.cases import read_lines
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
-from benchmarks.effects.score import (
-    Case,
-    has_stage,
-    measures,
-    measures_together,
-    measures_without,
-    of_kind,
-    reachable,
-)
+from benchmarks.effects.score import Case, has_stage, measures, measures_without, of_kind, reachable
 from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from benchmarks.scores import Scores, Table
-from diagnosis.diagnose import ALL_AT_ONCE
 from swimcal.errors import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
@@ -39,14 +30,11 @@ class Outcome:
         """Build all tables, with the command that made them."""
         kinds = [case.answer.kind for case in self.cases]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
-        asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
         caption = f"{len(kinds)} sessions: {counts}"
         tables = [Table.of(caption, {PROGRAM: measures(self.cases)})]
         if self.without:
             caption = "Without the effect that is there in the catalogue"
             tables.append(Table.of(caption, {PROGRAM: measures_without(self.without)}))
-        if asked:
-            tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
         tables.append(_build_reachable_table(self.cases))
         return Scores(
             title="Withheld effects",
