@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.effects.changes import CHANGED, REFERENCE, ChangeAnswer, ChangePlan, missing, plan_changes
-from benchmarks.effects.drawn import DrawnTrial, DrawnWorld
+from benchmarks.effects.drawn import TRIES, DrawnTrial, DrawnWorld
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.making import write_session
@@ -24,7 +24,6 @@ _SWIMS = 5  # fitted swims of either session
 _FASTEST_HZ = 1.5
 _BEATS = 4.0  # beats of the slowest swims after the warm-up
 _LEAST_S = 5.0  # A swim is at least this long.
-_TRIES = 12  # At most this many robots are drawn for a pair.
 _WEAKEST, _STRONGEST = 1.0, 4.0  # strengths of mechanisms, log-uniform between these
 _HALVINGS = 4  # A strength that cannot be simulated is halved at most this often.
 
@@ -74,7 +73,7 @@ def _draw(
     generator: Generator, plan: ChangePlan, random: np.random.Generator
 ) -> Filming[tuple[tuple[DrawnWorld, DrawnWorld], tuple[list[Recording], list[Recording]]]]:
     """Draw a robot in its water until every swim of both sessions is plausible, and film these without the effect."""
-    for _ in range(_TRIES):
+    for _ in range(TRIES):
         world = generator.world(random)
         speeds = apart(_SWIMS + 1, SLOWEST_HZ, _FASTEST_HZ, random)
         held_out = int(random.integers(1, _SWIMS))
@@ -83,17 +82,13 @@ def _draw(
         for number, (label, extra) in enumerate(((REFERENCE, ()), (CHANGED, (float(speeds[held_out]),)))):
             recorded = Recorded(fit, extra, 0.0, None, False, False)
             own = SessionPlan(label, int(plan.seed + number), recorded, "null")
-            trials = tuple(
-                DrawnTrial(
-                    trial_name("f", hz),
-                    role,
-                    generator.swim(hz, float(np.round(max(_LEAST_S, WARMUP_S + _BEATS / hz), 1)), random),
-                )
-                for hz, role in sorted([*((hz, "fit") for hz in fit), *((hz, "holdout") for hz in extra)])
-            )
-            worlds.append(DrawnWorld(own, world, trials))
+            trials = []
+            for hz, role in recorded.swims:
+                seconds = float(np.round(max(_LEAST_S, WARMUP_S + _BEATS / hz), 1))
+                trials.append(DrawnTrial(trial_name("f", hz), role, generator.swim(hz, seconds, random)))
+            worlds.append(DrawnWorld(own, world, tuple(trials)))
         films = yield [(each.world, trial.trial) for each in worlds for trial in each.trials]
         if all(map(generator.plausible, films)):
             count = len(worlds[0].trials)
             return (worlds[0], worlds[1]), (films[:count], films[count:])
-    raise ValueError(f"pair {plan.name}: found no robot that swims as fish do in {_TRIES} draws")
+    raise ValueError(f"pair {plan.name}: found no robot that swims as fish do in {TRIES} draws")

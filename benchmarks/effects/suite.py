@@ -43,6 +43,11 @@ class Recorded:
     free_decay: bool  # whether a free decay is recorded
     logged: bool  # whether the motor is logged
 
+    @property
+    def swims(self) -> list[tuple[float, str]]:
+        """Commanded speed and role of each swim, the slowest first."""
+        return sorted([*((hz, "fit") for hz in self.fit_hz), *((hz, "holdout") for hz in self.holdout_hz)])
+
 
 @dataclass(frozen=True)
 class SessionPlan:

@@ -4,7 +4,6 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from benchmarks.cases import Run
@@ -14,7 +13,6 @@ from benchmarks.effects.score import measures_without
 from benchmarks.effects.scoring import score_all, score_suite, score_without
 from benchmarks.scores import Scores
 from calib.options import Options
-from diagnosis.discrepancy import Discrepancy
 from swimcal.errors import InputError
 from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front
@@ -29,10 +27,10 @@ def suite(tmp_path: Path) -> SuiteFolder:
     return suite_in(tmp_path)
 
 
-def fails_on_the_third(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
+def fails_on_the_third(session: Path, without: frozenset[str]) -> None:
     if session.name == NAMES[2]:
         raise KeyError("a marker")
-    says_slack(session, discrepancy, without)
+    says_slack(session, without)
 
 
 @pytest.mark.parametrize("workers", [1, *later(2)])
@@ -88,10 +86,10 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
 
 
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
-    diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), ALONE)
+    diagnose_suite(suite, lambda session, _: says_slack(session, frozenset({"wave_drag"})), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
         score_suite(suite)
-    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), ALONE)
+    diagnose_without(suite, lambda session, _: says_slack(session, frozenset()), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
         score_without(suite)
 
@@ -113,20 +111,19 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
 def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
     suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[tuple[Path, str, frozenset[str], Discrepancy]] = []
+    asked: list[tuple[Path, str, frozenset[str]]] = []
 
     class Recorded:
         def __init__(self, session: Path, options: Options) -> None:
             self.session, self.effort = session, options.effort
 
-        def diagnosis(self, without: frozenset[str], discrepancy: Discrepancy) -> None:
-            asked.append((self.session, self.effort, without, discrepancy))
+        def diagnosis(self, without: frozenset[str]) -> None:
+            asked.append((self.session, self.effort, without))
 
     monkeypatch.setattr("benchmarks.effects.diagnosing.open_session", lambda folder: folder)
     monkeypatch.setattr("benchmarks.effects.diagnosing.Pipeline", Recorded)
-    diagnose(suite.sessions / NAMES[0], reported := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
-    assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
-    assert asked[0][3] is reported
+    diagnose(suite.sessions / NAMES[0], frozenset({"wave_drag"}))
+    assert asked == [(suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))]
 
 
 def program_that_says(reported: str, folder: Path) -> str:

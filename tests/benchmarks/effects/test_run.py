@@ -3,18 +3,15 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from benchmarks.cases import Failure, Run
+from benchmarks.cases import Failure, Run, write_record
 from benchmarks.effects import run
-from benchmarks.effects.discrepancy import save
 from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
-from diagnosis.discrepancy import Discrepancy
 from swimcal.errors import InputError
 from swimcal.results import write_whole
 from tests.benchmarks.effects.suites import shortened
@@ -35,16 +32,10 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "_TOGETHER", 1)  # and so two in a piece
 
 
-def empty_suite(folder: Path) -> SuiteFolder:
-    suite = SuiteFolder(folder)
-    save(Discrepancy.independent((2e-4) ** 2 * np.eye(127)), suite.folder / "discrepancy.npz", [0])
-    return suite
-
-
 @pytest.mark.long
 def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
     """Of what was being written when it broke off, nothing stays; what was made is not made again."""
-    suite, stopped = empty_suite(tmp_path), []
+    suite, stopped = SuiteFolder(tmp_path), []
 
     def stop(_said: str, _share: float | None) -> None:
         stopped.append(True)
@@ -72,11 +63,11 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
         for plan in plans:
             tried.append(plan.name)
             write_whole(suite.sessions / plan.name / "session.toml", b"")
-            Answer(plan.name, "null").write(suite.answer(plan.name))
+            write_record(suite.answer(plan.name), Answer(plan.name, "null"))
         return []
 
     monkeypatch.setattr(run, "_make_together", made)
-    suite = empty_suite(tmp_path)
+    suite = SuiteFolder(tmp_path)
     suite.answers.mkdir()
     assert make_suite(suite, 4, SIZE, ALONE, slice(1, None, 5)) == ()
     assert suite.names == tuple(tried) == (NAMES[1],)
@@ -94,7 +85,7 @@ def test_what_is_no_suite_is_told(text: str) -> None:
 
 
 def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
-    suite = empty_suite(tmp_path)
+    suite = SuiteFolder(tmp_path)
     (suite.sessions / "wffffffff").mkdir(parents=True)
     with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
         make_suite(suite, 4, SIZE, ALONE)
