@@ -246,16 +246,16 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     """Score a suite, or its cases in a file."""
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.scoring import score_all, score_file
+    from benchmarks.effects.scoring import read_cases, score_suite, score_without, scores_of
     from swimcal.results import write_whole
 
-    command = f"python -m benchmarks effects {folder} --part score"
+    command, suite = f"python -m benchmarks effects {folder} --part score", SuiteFolder(folder)
     if folder.suffix == ".jsonl":
-        scores = score_file(folder).scores(command)
+        scores = scores_of(read_cases(folder), (), command)
     else:
-        outcome = score_all(SuiteFolder(folder))
-        scores = outcome.scores(command)
-        write_lines(folder / "cases.jsonl", outcome.cases)
+        cases = score_suite(suite)
+        scores = scores_of(cases, score_without(suite), command)
+        write_lines(folder / "cases.jsonl", cases)
         write_whole(folder / "scores.json", scores.json())
     _print(scores, as_json)
 

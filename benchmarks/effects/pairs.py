@@ -12,8 +12,7 @@ import numpy as np
 from benchmarks.effects.changes import CHANGED, REFERENCE, ChangeAnswer, ChangePlan, missing, plan_changes
 from benchmarks.effects.drawn import TRIES, DrawnTrial, DrawnWorld
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.generators import GENERATORS, Generator
-from benchmarks.effects.making import write_session
+from benchmarks.effects.making import GENERATORS, Generator, write_session
 from benchmarks.effects.suite import SLOWEST_HZ, WARMUP_S, Recorded, SessionPlan, apart
 from benchmarks.reality import Recording
 from swimcal.effects.catalogue import catalogue

@@ -10,8 +10,7 @@ from threadpoolctl import threadpool_limits
 from benchmarks.cases import Failure, Run, run_cases, write_record
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
-from benchmarks.effects.generators import GENERATORS, Generator
-from benchmarks.effects.making import Making
+from benchmarks.effects.making import GENERATORS, Generator, Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
 from diagnosis.discrepancy import discrepancy_for
 from swimcal.create_session import FISHSIM_MARKERS

@@ -67,7 +67,7 @@ class SuiteSize:
 
     sessions: int  # number of sessions
     null: int  # number of them with nothing in them
-    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `generators`
+    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `making`
     without: tuple[str, ...] = ()  # effects of the catalogue that are in none of them
 
 

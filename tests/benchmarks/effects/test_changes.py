@@ -10,7 +10,7 @@ from typing import Literal
 import pytest
 
 from benchmarks.effects.changes import PLAIN, ChangeAnswer, ChangeCase, missing, plan_changes, scores_of
-from benchmarks.effects.generators import GENERATORS
+from benchmarks.effects.making import GENERATORS
 from benchmarks.effects.pairs import plan_pairs
 from benchmarks.effects.plain import CHANGES, plan_plain
 from benchmarks.effects.scored_diagnosis import Diagnosis

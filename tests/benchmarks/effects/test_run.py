@@ -8,7 +8,7 @@ import pytest
 from benchmarks.cases import Failure, Run, write_record
 from benchmarks.effects import run
 from benchmarks.effects.folder import Answer, SuiteFolder
-from benchmarks.effects.generators import GENERATORS, Generator
+from benchmarks.effects.making import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE

@@ -9,8 +9,7 @@ import pytest
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer, SuiteFolder
-from benchmarks.effects.generators import GENERATORS
-from benchmarks.effects.making import Making, write_session
+from benchmarks.effects.making import GENERATORS, Making, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
