@@ -11,7 +11,7 @@ from benchmarks.reality.integrate import step
 from benchmarks.reality.layout import HINGES_PER_GAP, Layout, lay_out
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters
-from benchmarks.reality.record import Recorder
+from benchmarks.reality.record import KEEP_S, Record
 from benchmarks.reality.tendons import Tendons, Turn
 from benchmarks.reality.world import Trial, World, prepared_parameters
 from swimcal.errors import SimulationDiverged
@@ -97,17 +97,18 @@ def filmed(
     last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
     steps = int(np.ceil((float((last_s - start_s[:, 0]).max()) + _SPARE_S) / step_s)) + 1
     release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in made])
-    recorder, states = Recorder(step_s), motion.start_states(start_s, position, velocity)
+    every, kept, states = max(int(KEEP_S / step_s + 1e-9), 1), [], motion.start_states(start_s, position, velocity)
     with np.errstate(all="ignore"):  # what blows up is found below
         for k in range(steps):
             before_step(k, position, velocity)
             time_s = start_s + k * step_s
             later, faster, at = step(motion, time_s, position, velocity, states, step_s)
-            recorder.add(k, at.now, position, velocity)
+            if k % every == 0:
+                kept.append((position, velocity, at.now.turn.angle_rad[:, 0], at.now.pull.crank_torque_n_m[:, 0]))
             states = motion.advanced(at, states, step_s)
             let_go = time_s >= release - 1e-9
             position, velocity = np.where(let_go, later, position), np.where(let_go, faster, velocity)
-    record = recorder.finished(start_s)
+    record = Record(start_s, every * step_s, *(np.stack(values, axis=1) for values in zip(*kept, strict=True)))
     if (lost := record.lost).any() and not allow_divergence:
         raise divergence(made, lost, step_s)
     record.position[lost] = np.nan
