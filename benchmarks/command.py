@@ -9,24 +9,25 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from calib.terminal import AsJson, Scheduler
+from calib.terminal import AsJson
 
 if TYPE_CHECKING:
     from benchmarks.cases import Failure
     from benchmarks.scores import Scores
 
+Workers = Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")]
+Seed = Annotated[int, typer.Option(min=0, help="of all draws")]
+Healthy = Annotated[int, typer.Option(min=0, help="pairs without a change")]
+MakeDiagnoseScore = Annotated[
+    Literal["make", "diagnose", "score"], typer.Option(help="make what is missing; diagnose it; score the diagnoses")
+]
 
-def speed(
-    session: Annotated[
-        Path | None, typer.Option(help="also measure with the coefficients of this calibrated session")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
+
+def speed(as_json: AsJson = False) -> None:
     """Measure the twin's speed on one core and on all, and without fluid; and its distance to an 8 times finer step."""
-    from benchmarks.speed import measure_speed, speed_table
+    from benchmarks.speed import measure_speed
 
-    outcome = measure_speed(session)
-    print(json.dumps(outcome.to_json(), indent=1) if as_json else speed_table(outcome))
+    _print(measure_speed(), as_json)
 
 
 def tracking(
@@ -56,12 +57,11 @@ def tracking(
 def posterior(
     folder: Annotated[
         Path | None,
-        typer.Option(help="for scores, a file a session; a .jsonl file of scores: only its table; default: nowhere"),
+        typer.Option(help="for sessions.jsonl, a line a session; or such a file: only its table; default: nowhere"),
     ] = None,
-    first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
-    count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
-    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
-    scheduler: Scheduler = None,
+    first: Annotated[int, typer.Option(min=0, help="number of the first")] = 0,
+    count: Annotated[int, typer.Option(min=0, help="sessions; 0: only the table of what is there")] = 300,
+    workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Draw sessions from the prior; measure how often posteriors hold the truth (simulation-based calibration)."""
@@ -71,7 +71,7 @@ def posterior(
 
     seeds, command = range(first, first + count), f"python -m benchmarks posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
-        outcome = measure_posterior(Path(place), seeds, Run(workers, scheduler, progress))
+        outcome = measure_posterior(Path(place), seeds, Run(workers, progress))
     _print(outcome.scores(command), as_json)
 
 
@@ -89,7 +89,7 @@ def effects(
     suite: Annotated[
         str,
         typer.Option(
-            help="small: 24 sessions; large: 700; many: 24, most with five small effects; "
+            help="small: 24 sessions; large: 700; "
             "wake: 40 of another generator, whose swimmer sheds its wake; "
             "large:2/10: the second tenth of the large one, which others may join"
         ),
@@ -98,8 +98,7 @@ def effects(
     program: Annotated[
         str, typer.Option(help="command that diagnoses, given SESSION [--exclude EFFECT]; default: the toolkit's own")
     ] = "",
-    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
-    scheduler: Scheduler = None,
+    workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Make sessions whose effect is withheld from what diagnoses them, have them diagnosed, and score that."""
@@ -118,7 +117,7 @@ def effects(
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
     with progress_bar(as_json) as progress:
-        of, run = SuiteFolder(folder), Run(workers, scheduler, progress)
+        of, run = SuiteFolder(folder), Run(workers, progress)
         if part == "make":
             failures = make_suite(of, seed, size, run, shard)
         else:
@@ -129,84 +128,64 @@ def effects(
 
 def pairs(
     folder: Annotated[Path, typer.Argument(help="of the pairs")],
-    part: Annotated[
-        Literal["make", "diagnose", "score"], typer.Option(help="make the pairs; diagnose them; score the diagnoses")
-    ] = "make",
+    part: MakeDiagnoseScore = "make",
     generator: Annotated[
         Literal["reality", "wake"], typer.Option(help="the second simulator, or the swimmer that sheds its wake")
     ] = "reality",
-    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
-    healthy: Annotated[int, typer.Option(min=0, help="pairs without a change")] = 20,
+    seed: Seed = 0,
+    healthy: Healthy = 20,
     changed: Annotated[int, typer.Option(min=0, help="pairs with one effect in the second session")] = 30,
-    workers: Annotated[int, typer.Option(min=0, help="pairs at a time; 0: one on each core")] = 0,
+    workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Make pairs of a healthy and a changed session, have the change diagnosed with the reference, and score that."""
-    from benchmarks.cases import Run
-    from benchmarks.effects.pair_scoring import diagnose_pairs, score_pairs, scores_of
-    from benchmarks.effects.pairs import make_pairs, plan_pairs
-    from calib.progress_bar import progress_bar
-
     if part == "make":
-        made = len(make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed)))
-        print(json.dumps({"made": made}) if as_json else f"{made} made")
-    elif part == "diagnose":
-        with progress_bar(as_json) as progress:
-            _print_failures(diagnose_pairs(folder, Run(workers, None, progress)), as_json)
+        from benchmarks.effects.pairs import make_pairs, plan_pairs
+
+        _print_made(make_pairs(folder, generator, plan_pairs(generator, seed, healthy, changed)), as_json)
     else:
-        _print(scores_of(score_pairs(folder), f"python -m benchmarks pairs {folder} --part score"), as_json)
+        _diagnose_or_score(folder, part, f"pairs {folder}", workers, as_json)
 
 
 def real_pairs(
     folder: Annotated[Path, typer.Argument(help="of the pairs")],
     source: Annotated[Path, typer.Option(help="folder of the public track files")],
-    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
-    healthy: Annotated[int, typer.Option(min=0, help="pairs without a change")] = 4,
+    seed: Seed = 0,
+    healthy: Healthy = 4,
     changed: Annotated[int, typer.Option(min=0, help="pairs with one fault in the second session")] = 12,
     as_json: AsJson = False,
 ) -> None:
     """Make pairs out of public trials of the real robot, for the other parts of `pairs`."""
     from benchmarks.effects.real_pairs import make_real, plan_real
 
-    made = make_real(folder, source, plan_real(seed, healthy, changed))
-    print(json.dumps({"made": made}) if as_json else f"{made} made")
+    _print_made(make_real(folder, source, plan_real(seed, healthy, changed)), as_json)
 
 
 def plain(
     folder: Annotated[Path, typer.Argument(help="of the sessions")],
-    part: Annotated[
-        Literal["make", "diagnose", "score"],
-        typer.Option(help="make the sessions; diagnose them; score the diagnoses"),
-    ] = "make",
-    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    part: MakeDiagnoseScore = "make",
+    seed: Seed = 0,
     unchanged: Annotated[int, typer.Option(min=0, help="sessions without a change")] = 2,
     changed: Annotated[int, typer.Option(min=0, help="sessions with one change")] = 28,
-    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Make sessions of the exported twin in plain MuJoCo with one change each, have them diagnosed, and score that."""
-    from benchmarks.cases import Run
-    from benchmarks.effects.plain import make_plain, plan_plain
-    from benchmarks.effects.plain_scoring import diagnose_plain, score_plain, scores_of_plain
-    from calib.progress_bar import progress_bar
-
     if part == "make":
-        made = make_plain(folder, plan_plain(seed, unchanged, changed))
-        print(json.dumps({"made": made}) if as_json else f"{made} made")
-    elif part == "diagnose":
-        with progress_bar(as_json) as progress:
-            _print_failures(diagnose_plain(folder, Run(workers, None, progress)), as_json)
+        from benchmarks.effects.plain import make_plain, plan_plain
+
+        _print_made(make_plain(folder, plan_plain(seed, unchanged, changed)), as_json)
     else:
-        _print(scores_of_plain(score_plain(folder), f"python -m benchmarks plain {folder} --part score"), as_json)
+        _diagnose_or_score(folder, part, f"plain {folder}", workers, as_json)
 
 
 def foreign(
     folder: Annotated[Path, typer.Option(help="for sessions.jsonl, a line a session; what it holds is not run again")],
     count: Annotated[int, typer.Option(min=0, help="sessions; 0: only the table of what is there")] = 300,
     first: Annotated[int, typer.Option(min=0, help="number of the first")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    seed: Seed = 0,
     keep: Annotated[Path | None, typer.Option(help="where sessions and results are kept; default: nowhere")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Fit random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
@@ -216,22 +195,17 @@ def foreign(
 
     command = f"python -m benchmarks foreign --folder {folder} --seed {seed} --count {count}"
     with progress_bar(as_json) as progress:
-        outcome = measure_foreign(folder, seed, range(first, first + count), Run(workers, None, progress), keep)
+        outcome = measure_foreign(folder, seed, range(first, first + count), Run(workers, progress), keep)
     _print(outcome.scores(command), as_json)
     if outcome.falls_short:
         raise typer.Exit(1)
 
 
-def gym(
-    session: Annotated[
-        Path | None, typer.Option(help="of this calibrated session; default: the built-in robot")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
+def gym(as_json: AsJson = False) -> None:
     """Measure steps a second: the vector environment against a process for each environment, in one run."""
     from benchmarks.gym import measure_gym
 
-    found = measure_gym(**({} if session is None else {"session": str(session)}))
+    found = measure_gym()
     print(json.dumps(found, indent=1) if as_json else "\n".join(f"{kind}: {rate:,.1f}" for kind, rate in found.items()))
 
 
@@ -241,7 +215,24 @@ def warp(
     """Measure an exported twin in MuJoCo Warp, which wants a GPU: speed of thousands, and distance to MuJoCo."""
     from benchmarks.warp import measure_warp
 
-    print(measure_warp(exported))
+    _print(measure_warp(exported), as_json=False)
+
+
+def _diagnose_or_score(folder: Path, part: str, command: str, workers: int, as_json: bool) -> None:
+    """Diagnose sessions with one change, or score their diagnoses."""
+    from benchmarks.cases import Run
+    from benchmarks.effects.changes import diagnose_changes, score_changes, scores_of
+    from calib.progress_bar import progress_bar
+
+    if part == "score":
+        _print(scores_of(score_changes(folder), f"python -m benchmarks {command} --part score"), as_json)
+        return
+    with progress_bar(as_json) as progress:
+        _print_failures(diagnose_changes(folder, Run(workers, progress)), as_json)
+
+
+def _print_made(made: int, as_json: bool) -> None:
+    print(json.dumps({"made": made}) if as_json else f"{made} made")
 
 
 def _print_failures(failures: "tuple[Failure, ...]", as_json: bool) -> None:
@@ -255,16 +246,16 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     """Score a suite, or its cases in a file."""
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.scoring import score_all, score_file
+    from benchmarks.effects.scoring import read_cases, score_suite, score_without, scores_of
     from swimcal.results import write_whole
 
-    command = f"python -m benchmarks effects {folder} --part score"
+    command, suite = f"python -m benchmarks effects {folder} --part score", SuiteFolder(folder)
     if folder.suffix == ".jsonl":
-        scores = score_file(folder).scores(command)
+        scores = scores_of(read_cases(folder), (), command)
     else:
-        outcome = score_all(SuiteFolder(folder))
-        scores = outcome.scores(command)
-        write_lines(folder / "cases.jsonl", outcome.cases)
+        cases = score_suite(suite)
+        scores = scores_of(cases, score_without(suite), command)
+        write_lines(folder / "cases.jsonl", cases)
         write_whole(folder / "scores.json", scores.json())
     _print(scores, as_json)
 
@@ -274,7 +265,7 @@ def _print(scores: "Scores", as_json: bool) -> None:
 
 
 COMMANDS: dict[Callable[..., None], str] = {
-    speed: "speed --session pool",
+    speed: "speed",
     tracking: "tracking --part accuracy",
     posterior: "posterior --folder scores --first 2000 --count 30",
     effects: "effects suite --part make --suite small --seed 1",
@@ -282,7 +273,7 @@ COMMANDS: dict[Callable[..., None], str] = {
     real_pairs: "real-pairs pairs --source fishsim/Data/Markers",
     plain: "plain plain --part make --seed 1",
     foreign: "foreign --folder foreign --count 300",
-    gym: "gym --session pool",
+    gym: "gym",
     warp: "warp fish.xml",
 }
 """Commands, each with an example for its help."""

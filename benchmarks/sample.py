@@ -165,27 +165,23 @@ def _write_log(folder: Path, name: str, motor: DrivenMotor, recording: Recording
 def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
     """Render the video of a swim in the middle of the picture, with start boxes and exact tracks; return its keys."""
     camera = SyntheticCamera(px_per_m=WORLD.camera.focal_px / WORLD.camera.height_m)
-    plan = SyntheticPlan(trials=(_describe_trial(name, recording),), camera=camera, seed=SAMPLE_SEED)
+    trial, hz = recording.trial, recording.trial.frequency_hz
+    seen = SyntheticTrial(
+        name=name, frequency_hz=hz, commanded_hz=hz, seconds=trial.duration_s, role="holdout", phase_rad=trial.phase_rad
+    )
+    plan = SyntheticPlan(trials=(seen,), camera=camera, seed=SAMPLE_SEED)
     middle = (recording.position_px.max(axis=(0, 1)) + recording.position_px.min(axis=(0, 1))) / 2
     swim = TrueRun(
-        trial=plan.trials[0],
+        trial=seen,
         time_s=recording.time_s,
         position_px=recording.position_px + WORLD.camera.centre_px - middle,
         head=recording.head,
         hinges_rad=recording.hinges_rad,
-        frequency_hz=recording.trial.frequency_hz,
-        phase_rad=recording.trial.phase_rad,
+        frequency_hz=hz,
+        phase_rad=trial.phase_rad,
         speed_m_s=_measure_speed(recording),
     )
     return VIDEO.film(folder, 0, swim, plan, lambda *_: None)
-
-
-def _describe_trial(name: str, recording: Recording) -> SyntheticTrial:
-    trial = recording.trial
-    hz = trial.frequency_hz
-    return SyntheticTrial(
-        name=name, frequency_hz=hz, commanded_hz=hz, seconds=trial.duration_s, role="holdout", phase_rad=trial.phase_rad
-    )
 
 
 def _measure_speed(recording: Recording) -> float:

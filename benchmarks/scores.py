@@ -15,6 +15,9 @@ from scipy.stats import binomtest
 from swimcal.results import from_plain, plain_json, to_plain
 
 T = TypeVar("T")
+DOCS = Path(__file__).parents[1] / "docs"
+SCORES = DOCS / "scores"
+"""Folder of score files: `python -m benchmarks … --json > docs/scores/NAME.json` writes one."""
 _FEWEST = 5  # An interval by resampling needs at least this many values.
 _DRAWS = 400
 _SEED = 0
@@ -147,6 +150,12 @@ class Scores:
         """
         scores: Scores = from_plain(cls, json.loads(path.read_bytes()))
         return scores
+
+
+def score_tables() -> str:
+    """Return the tables of every benchmark as Markdown, in the order of their files, for the site."""
+    every = [Scores.read(path) for path in sorted(SCORES.glob("*.json"))]
+    return "\n\n".join(f"## {scores.title}\n\n{scores.text()}" for scores in every) + "\n"
 
 
 def _format_items(texts: Iterable[str]) -> str:

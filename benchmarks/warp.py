@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from benchmarks.scores import Scores, Table
 from benchmarks.speed import measure_real_time, measure_real_time_batch
 
 _FAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -20,92 +20,45 @@ SWIMMERS = (1_024, 8_192, 65_536, 262_144)
 SECONDS = 4.0  # duration of the swims that are compared
 _RANGE_HZ = (0.5, 1.5)
 _BLOWN_UP = 1e3  # rad/s or m/s, which no swimmer reaches; in Warp nothing resets one that does
+_COMPARED = 512  # number of crank speeds at which both are compared
 _BATCH = 256  # simulations of a batch on all cores
 _A_LAUNCH = 50  # steps of one launch of a CUDA graph
 _TIMED_S = 1.0  # simulated at each timing
 _ROUNDS = 3
 
 
-@dataclass(frozen=True)
-class SwimInWarp:
-    """Swims in Warp with one integrator and time step, beside MuJoCo with those of the file.
-
-    Attributes:
-        integrator: its name.
-        step_s: the time step.
-        blown_up: share of the swimmers that blow up.
-        speed_median: relative difference of the speed over the pool, median over the others.
-        speed_largest: its largest absolute value.
-        real_time: simulated seconds a second for each number of swimmers.
-    """
-
-    integrator: str
-    step_s: float
-    blown_up: float
-    speed_median: float
-    speed_largest: float
-    real_time: dict[int, float]
-
-
-@dataclass(frozen=True)
-class WarpOutcome:
-    """The outcome of `python -m benchmarks warp`.
-
-    Attributes:
-        device: name of the device that Warp used.
-        cores: number of cores.
-        one_core: simulated seconds a second of MuJoCo on one core.
-        all_cores: the same of a batch on all cores.
-        swims: what each integrator and time step give.
-    """
-
-    device: str
-    cores: int
-    one_core: float
-    all_cores: float
-    swims: tuple[SwimInWarp, ...]
-
-    def __str__(self) -> str:
-        lines = [f"MuJoCo, one core: {self.one_core:,.0f} x real time; {self.cores} cores: {self.all_cores:,.0f} x"]
-        lines.append(f"MuJoCo Warp on {self.device}, beside MuJoCo with integrator and step of the file")
-        counts = list(self.swims[0].real_time)
-        lines.append(f"{'':27}{'blown up':>9}{'speed':>9}{'largest':>9}" + "".join(f"{n:>12,}" for n in counts))
-        lines += [
-            f"{s.integrator:16}{1000 * s.step_s:8.2f} ms{100 * s.blown_up:7.1f} %{100 * s.speed_median:+7.2f} %"
-            f"{100 * s.speed_largest:7.2f} %" + "".join(f"{s.real_time[n]:>10,.0f} x" for n in counts)
-            for s in self.swims
-        ]
-        return "\n".join(lines)
-
-
-def measure_warp(path: Path, swimmers: tuple[int, ...] = SWIMMERS, compared: int = 512) -> WarpOutcome:
+def measure_warp(path: Path) -> Scores:
     """Swim an exported twin from its first keyframe in MuJoCo and in MuJoCo Warp; the first use compiles for a minute.
 
-    Args:
-        path: the exported MJCF.
-        swimmers: numbers of swimmers to time.
-        compared: number of crank speeds at which both are compared.
+    Speeds over the pool are those of Warp against MuJoCo with integrator and step of the file, of what does not blow
+    up; the others are simulated seconds a second.
     """
     import warp
 
     model = mujoco.MjModel.from_xml_path(str(path))
     one = measure_real_time(model)
     everything, cores = measure_real_time_batch(model, _BATCH)
-    rates_hz = np.linspace(*_RANGE_HZ, compared)
+    rates_hz = np.linspace(*_RANGE_HZ, _COMPARED)
     expected_m = swim_in_engine(model, rates_hz)
-    swims = []
+    rows = []
     for name, integrator, step_s in SETTINGS:
         model.opt.integrator = model.opt.integrator if integrator is None else integrator
         model.opt.timestep = model.opt.timestep if step_s is None else step_s
         found_m = swim_in_warp(model, rates_hz)
         fine = np.isfinite(found_m)
-        apart = found_m[fine] / expected_m[fine] - 1
-        median, largest = (float(np.median(apart)), float(np.abs(apart).max())) if fine.any() else (np.nan, np.nan)
-        timed = {count: _time_warp(model, count) for count in swimmers}
-        blown_up = 1 - float(fine.mean())
-        swims.append(SwimInWarp(name, float(model.opt.timestep), blown_up, median, largest, timed))
+        apart = 100 * (found_m[fine] / expected_m[fine] - 1)
+        speed = (f"{np.median(apart):+.2f}", f"{np.abs(apart).max():.2f}") if fine.any() else ("", "")
+        timed = (f"{_time_warp(model, count):,.0f}" for count in SWIMMERS)
+        setting = f"{name}, {1000 * model.opt.timestep:.2f} ms"
+        rows.append((setting, f"{100 * (1 - fine.mean()):.1f}", *speed, *timed))
     device = warp.get_device()
-    return WarpOutcome(f"{device.name} ({device.alias})", cores, one, everything, tuple(swims))
+    columns = ("", "blown up, %", "speed, median, %", "largest, %", *(f"{count:,}" for count in SWIMMERS))
+    engine = (("one core", f"{one:,.0f}"), (f"{cores} cores", f"{everything:,.0f}"))
+    tables = (
+        Table("MuJoCo", ("", "times real time"), engine),
+        Table(f"MuJoCo Warp on {device.name} ({device.alias}): swimmers, times real time", columns, tuple(rows)),
+    )
+    return Scores("MuJoCo Warp", f"synthetic: {path.name}", f"python -m benchmarks warp {path}", tables)
 
 
 def swim_in_engine(model: mujoco.MjModel, rates_hz: np.ndarray) -> np.ndarray:

@@ -15,32 +15,30 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from diagnosis.discrepancy import Discrepancy
 from swimcal.results import write_whole
 
-Program = Callable[[Path, Discrepancy, frozenset[str]], None]
-"""Function that diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
+Program = Callable[[Path, frozenset[str]], None]
+"""Function that diagnoses a session's folder, given the names that its catalogue is to lack."""
 
 
 class ProgramFailed(RuntimeError):
     """Failure of a program that ended with an error; its last words are the message."""
 
 
-def diagnose(session: Path, discrepancy: Discrepancy | None = None, without: frozenset[str] = frozenset()) -> None:
-    """Diagnose as `calib diagnose --effort quick` does, on one core; by default with the shipped discrepancy."""
-    Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
+def diagnose(session: Path, without: frozenset[str]) -> None:
+    """Diagnose as `calib diagnose --effort quick` does, on one core."""
+    Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without)
 
 
 def program_of(command: str) -> Program:
     """Return the program that a command line names; the toolkit's own for an empty one.
 
-    A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program
-    is not given the discrepancy.
+    A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them.
     """
     return partial(_run_command, tuple(shlex.split(command))) if command else diagnose
 
 
-def _run_command(words: tuple[str, ...], session: Path, _discrepancy: Discrepancy, without: frozenset[str]) -> None:
+def _run_command(words: tuple[str, ...], session: Path, without: frozenset[str]) -> None:
     lacking = ("--exclude", ",".join(sorted(without))) if without else ()
     ended = subprocess.run([*words, str(session), *lacking], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     if ended.returncode:
@@ -58,15 +56,12 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
     Args:
         suite: folder of a suite that was made.
         program: program that diagnoses; it can be pickled.
-        run: way to work off the sessions; workers elsewhere need to see the same folder.
+        run: way to work off the sessions.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
-
-    Raises:
-        InputError: no scheduler answers.
     """
-    return _diagnose_pieces(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
+    return _diagnose_pieces(program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
 
 
 def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
@@ -78,19 +73,19 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
     Args:
         suite: folder of a suite that was diagnosed.
         program: program that diagnoses; it can be pickled.
-        run: way to work off the sessions; workers elsewhere need to see the same folder.
+        run: way to work off the sessions.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
 
     Raises:
-        InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
+        InputError: a session is not diagnosed yet.
     """
     suite.check_diagnosed()  # From here on the name of the true effect is in a folder.
     pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)
-    return _diagnose_pieces(suite, program, pieces, run)
+    return _diagnose_pieces(program, pieces, run)
 
 
 def _copy(session: Path, folder: Path) -> None:
@@ -102,12 +97,12 @@ def _copy(session: Path, folder: Path) -> None:
         part.rename(folder)
 
 
-def _diagnose_pieces(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
+def _diagnose_pieces(program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
     todo = {piece[0].name: piece for piece in pieces if not (piece[0] / DIAGNOSIS).exists()}
-    return run_cases(partial(diagnose_one, program, suite.discrepancy), todo, run)
+    return run_cases(partial(diagnose_one, program), todo, run)
 
 
-def diagnose_one(program: Program, discrepancy: Path, piece: Piece) -> None:
+def diagnose_one(program: Program, piece: Piece) -> None:
     """Diagnose one session, and note how long that took.
 
     Raises:
@@ -115,7 +110,7 @@ def diagnose_one(program: Program, discrepancy: Path, piece: Piece) -> None:
     """
     session, without = piece
     began = time.perf_counter()
-    program(session, Discrepancy.load(discrepancy), without)
+    program(session, without)
     if not (session / DIAGNOSIS).exists():
         raise FileNotFoundError(f"ended without a {DIAGNOSIS}")
     write_whole(session / SECONDS, f"{time.perf_counter() - began:.1f}\n")

@@ -275,7 +275,7 @@ def measure(path: Path, workers: int = 0) -> None:
         batches = {str(first): list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)}
         run = Run(workers, progress=lambda done, _: print(f"{_TOGETHER} sessions each: {done}", file=sys.stderr))
         work = partial(base_sessions, with_effects=with_effects)
-        if failures := run_cases(work, batches, run, lambda _, sessions: found.extend(sessions)):
+        if failures := run_cases(work, batches, run, found.extend):
             raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
     found.sort(key=lambda session: session.seed)
     save(replace(discrepancy_of(found), heavy=HEAVY), path, list(SEEDS))

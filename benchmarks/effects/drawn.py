@@ -1,6 +1,6 @@
 """Withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ FLOATS_SD_M = 0.002
 """Standard deviation of how deep a robot floats, as trimmed that day; 8 to 10 cm of its tail are under water."""
 _COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # Most such robots swim forward.
 _HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side, so that no swim leaves it.
-_TRIES = 12  # At most this many robots are drawn for a session.
+TRIES = 12  # At most this many robots are drawn for a session.
 _SLOWEST_M_S = 0.01  # A swim of the base state is at least this fast.
 _TAIL_BENT_RAD = 0.2  # A free decay is held with this bend at each hinge.
 _RELEASED_S = 0.4  # A free decay is let go at this time.
@@ -82,14 +82,28 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     Raises:
         ValueError: no draw swims forward.
     """
-    random = np.random.default_rng([plan.seed, 2])
     sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
-    for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, sample_world(random, sunk_m), _draw_trials(plan.recorded, random))
+    return draw_until(plan, lambda random: sample_world(random, sunk_m), _draw_trials, swims_forward)
+
+
+def draw_until(
+    plan: SessionPlan,
+    sample: Callable[[np.random.Generator], World],
+    trials: Callable[[Recorded, np.random.Generator], tuple[DrawnTrial, ...]],
+    plausible: Callable[[Recording], bool],
+) -> Filming[DrawnWorld]:
+    """Draw a world and trials until every swim of the base state is plausible.
+
+    Raises:
+        ValueError: no draw is.
+    """
+    random = np.random.default_rng([plan.seed, 2])
+    for _ in range(TRIES):
+        drawn = DrawnWorld(plan, sample(random), trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.trial.kind == "swim"]
-        if all(map(swims_forward, recordings)):
+        if all(map(plausible, recordings)):
             return drawn
-    raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
+    raise ValueError(f"session {plan.name}: found no robot that swims as fish do in {TRIES} draws, expected one in two")
 
 
 def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisances:
@@ -119,10 +133,7 @@ def sample_world(random: np.random.Generator, sunk_m: float | None = None) -> Wo
 
 def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(trial_name("f", hz), role, draw_swim(hz, recorded.seconds, random))
-        for hz, role in sorted(
-            [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
-        )
+        DrawnTrial(trial_name("f", hz), role, draw_swim(hz, recorded.seconds, random)) for hz, role in recorded.swims
     ]
     others = []
     if (hz := recorded.dry_hz) is not None:
@@ -157,13 +168,9 @@ def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, r
 
 
 def swims_forward(recording: Recording) -> bool:
-    """Tell whether a swim is faster than the slowest that is plausible."""
-    return _measure_speed(recording) > _SLOWEST_M_S
-
-
-def _measure_speed(recording: Recording) -> float:
-    """Return the mean speed of the second half, in the direction in which the swim began."""
+    """Tell whether a swim's second half goes on as it began, no slower than is plausible."""
     half = recording.head[len(recording.head) // 2 :]
     way = np.exp(1j * recording.trial.heading_rad)
     moved = complex(*(half[-1, :2] - half[0, :2]))
-    return float((moved * np.conj(way)).real / (recording.time_s[-1] - recording.time_s[len(recording.head) // 2]))
+    seconds = recording.time_s[-1] - recording.time_s[len(recording.head) // 2]
+    return bool((moved * np.conj(way)).real / seconds > _SLOWEST_M_S)

@@ -3,10 +3,8 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Self
+from typing import Literal
 
-from benchmarks.cases import write_record
-from diagnosis.discrepancy import shipped_discrepancy
 from swimcal.errors import Fault, InputError
 from swimcal.results import from_plain
 
@@ -15,7 +13,7 @@ SECONDS = Path("results") / "diagnosis.seconds"
 """File with the duration, where this benchmark ran the program."""
 
 
-Kind = Literal["null", "single", "double", "many", "outside"]
+Kind = Literal["null", "single", "double", "outside"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +21,7 @@ class Answer:
     """Answer of one session."""
 
     session: str  # name of the session
-    kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
+    kind: Kind  # no effect, one or two of the catalogue, or one that the catalogue does not hold
     effects: tuple[str, ...] = ()  # names of the catalogue that are present
     outside: str | None = None  # name of what is present and not in the catalogue; None where all is
     # rivals of each effect that these data cannot separate from it (two-way error above 5 %)
@@ -37,24 +35,6 @@ class Answer:
     seed: int = 0  # seed of all that was drawn for the session
     strengths: tuple[float, ...] = ()  # strength with which each of what is present was made
 
-    @classmethod
-    def read(cls, path: Path) -> Self:
-        """Read the answer in a file.
-
-        Raises:
-            KeyError, TypeError, ValueError: it holds none.
-        """
-        answer: Self = from_plain(cls, json.loads(path.read_bytes()))
-        return answer
-
-    def write(self, path: Path) -> None:
-        """Write the answer as plain JSON: what diagnoses imports nothing of this package and never opens the answers.
-
-        Raises:
-            ResultsNotWritable: the folder is not writable.
-        """
-        write_record(path, self)
-
 
 class SuiteFolder:
     """Folders of a suite."""
@@ -64,12 +44,6 @@ class SuiteFolder:
         self.sessions = folder / "sessions"  # This holds a folder a session.
         self.answers = folder / "answers"  # This holds a file a session; nothing but the scorer opens them.
         self.without = folder / "without"  # This holds copies of sessions, for a catalogue that lacks the effect.
-
-    @property
-    def discrepancy(self) -> Path:
-        """File of what every diagnosis may know of the base state: one of the suite, else that of `diagnosis`."""
-        own = self.folder / "discrepancy.npz"
-        return own if own.is_file() else Path(str(shipped_discrepancy()))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -110,7 +84,7 @@ class SuiteFolder:
         Raises:
             InputError: there is no whole suite.
         """
-        return tuple(Answer.read(self.answer(name)) for name in self.names)
+        return tuple(from_plain(Answer, json.loads(self.answer(name).read_bytes())) for name in self.names)
 
     @property
     def singles(self) -> dict[str, Answer]:

@@ -2,7 +2,7 @@
 
 import gzip
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.effects.drawn import DrawnTrial, DrawnWorld
-from benchmarks.effects.filming import Filming
+from benchmarks import reality, wake
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_swim, draw_world, sample_world, swims_forward
+from benchmarks.effects.filming import Filming, Simulate
 from benchmarks.effects.folder import Answer
-from benchmarks.effects.generators import Generator
 from benchmarks.effects.rows import SessionRows, camera_of, closest_fit, tracks_of
-from benchmarks.effects.severity import Strength, strength_for
-from benchmarks.effects.suite import WARMUP_S, SessionPlan
-from benchmarks.reality import Mechanism, Recording
+from benchmarks.effects.severity import Strength, Strong, strength_for
+from benchmarks.effects.suite import WARMUP_S, SessionPlan, SuiteSize, plan_suite
+from benchmarks.reality import Mechanism, Recording, Trial, World
+from benchmarks.reality.mechanisms import CATALOGUED, EVERY, OUTSIDE
 from benchmarks.reality.record import Drive
+from benchmarks.wake.mechanisms import CATALOGUED as IN_WAKES
+from benchmarks.wake.suite import draw_wake_swim, draw_wake_world, is_plausible, plan_wake_suite, sample_wake_world
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.refit import refit_from, residual_with
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
@@ -40,6 +43,36 @@ _VOLT = 12.1  # voltage
 _WARM_C = 31.0  # temperature
 _ROUNDS = 8  # A refit with the true effects takes this many steps.
 _MIN_RESIDUAL = 1.0  # A gap shows where the plain twin leaves this many squared standard deviations of held-out trials.
+
+
+@dataclass(frozen=True)
+class Generator:
+    """Way in which sessions come about."""
+
+    plan: Callable[[int, SuiteSize], tuple[SessionPlan, ...]]  # plans the sessions of a seed
+    draw: Callable[[SessionPlan], Filming[DrawnWorld]]  # draws a session before anything acts
+    simulate: Simulate
+    mechanisms: Mapping[str, Callable[[np.random.Generator], Strong]]  # mechanisms of the catalogue and others, by name
+    world: Callable[[np.random.Generator], World]  # draws robot, water and camera
+    swim: Callable[[float, float, np.random.Generator], Trial]  # draws a launch, by frequency and duration
+    plausible: Callable[[Recording], bool]  # tells whether a swim of the base state is one
+
+
+GENERATORS: Mapping[str, Generator] = {
+    "reality": Generator(
+        lambda seed, size: plan_suite(seed, size, [n for n in CATALOGUED if n not in size.without], tuple(OUTSIDE)),
+        draw_world,
+        reality.simulate,
+        EVERY,
+        sample_world,
+        draw_swim,
+        swims_forward,
+    ),
+    "wake": Generator(
+        plan_wake_suite, draw_wake_world, wake.simulate, IN_WAKES, sample_wake_world, draw_wake_swim, is_plausible
+    ),
+}
+"""The second simulator, and the one whose swimmer sheds its wake."""
 
 
 @dataclass(frozen=True, eq=False)

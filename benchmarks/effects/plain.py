@@ -7,15 +7,14 @@ anywhere. Changes are model fields, forces at each step, the motor's command, or
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.cases import write_record
+from benchmarks.effects.changes import PLAIN, ChangeAnswer, ChangePlan, missing, plan_changes
 from benchmarks.effects.pictures import PictureFault, PixelTracks, clock, drift, lens, offset, shaken, shutter
-from benchmarks.effects.suite import WARMUP_S, apart, in_turn
+from benchmarks.effects.suite import WARMUP_S, apart
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
 from swimcal.mjcf import FluidCoefficients, build_mjcf
 from swimcal.robot import load_robot
@@ -43,76 +42,62 @@ class Change:
     """A change of the robot, its water, its drive or the camera.
 
     Attributes:
-        right: names that the catalogue has for it; none where the catalogue lacks it.
-        stage: stage in which it acts.
+        right: name that the catalogue has for it; empty where the catalogue lacks it.
         model: changes the model before it is compiled.
         compiled: changes the compiled model.
         force: adds forces to `qfrc_applied` or `xfrc_applied`, which are zero before, at each step.
-        speed: crank speed over its commanded value, from the command, Hz, the time, s, and the crank's angle, rad.
+        speed: crank speed over its commanded value, from the command, Hz, and the crank's angle, rad.
         fault: changes the tracks in pixels.
         height_m: height of the camera above the plane of the scale, m.
         scale: stated over true distance between nose and neck.
     """
 
-    right: tuple[str, ...] = ()
-    stage: str = ""
+    right: str = ""
     model: Callable[[mujoco.MjSpec], None] = lambda _spec: None
     compiled: Callable[[mujoco.MjModel], None] = lambda _model: None
     force: Force | None = None
-    speed: Callable[[float, float, float], float] = lambda _hz, _time_s, _angle_rad: 1.0
+    speed: Callable[[float, float], float] = lambda _hz, _angle_rad: 1.0
     fault: PictureFault = lambda tracks: tracks
     height_m: float = np.inf
     scale: float = 1.0
 
 
 def _joints(model: mujoco.MjModel) -> np.ndarray:
-    """Return the addresses of the tail's hinges in qpos and qvel, which are the same here."""
+    """Return the addresses of the tail's hinges in qpos and qvel, and their numbers, which are all the same here."""
     return np.array([model.joint(f"tail_{n}").qposadr[0] for n in range(1, 6)])
 
 
-def _each_hinge(share: Callable[[int], float], what: str) -> Callable[[mujoco.MjModel], None]:
+def _of_hinges(right: str, what: str, new: Callable[[np.ndarray], np.ndarray]) -> Change:
+    """Change what a field of the model says of each hinge."""
+
     def change(model: mujoco.MjModel) -> None:
         hinges = _joints(model)
-        for n, hinge in enumerate(hinges):
-            getattr(model, what)[hinge] *= share(n)
+        getattr(model, what)[hinges] = new(getattr(model, what)[hinges])
 
-    return change
+    return Change(right=right, compiled=change)
+
+
+def _of_tendons(right: str, what: str, new: Callable[[np.ndarray], np.ndarray]) -> Change:
+    """Change what a field of the model says of the left tendon and the right one."""
+
+    def change(model: mujoco.MjModel) -> None:
+        getattr(model, what)[:] = new(getattr(model, what))
+
+    return Change(right=right, compiled=change)
 
 
 def _current(right_m_s: float, down_m_s: float) -> Change:
     def flow(model: mujoco.MjModel) -> None:
         model.opt.wind[:2] = right_m_s, -down_m_s
 
-    return Change(right=("background_current",), stage="body", compiled=flow)
+    return Change(right="background_current", compiled=flow)
 
 
 def _gust(strength_m_s: float) -> Change:
     def force(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         model.opt.wind[1] = strength_m_s * np.exp(-(((data.time - _SETTLING_S - 3.0) / 0.5) ** 2))
 
-    return Change(stage="body", force=force)
-
-
-def _unequal_tendons(length_m: float) -> Change:
-    def change(model: mujoco.MjModel) -> None:
-        for side, sign in (("left", 1), ("right", -1)):
-            model.tendon_lengthspring[model.tendon(f"tendon_{side}").id] += sign * length_m / 2
-
-    return Change(right=("tendon_asymmetry",), stage="tail", compiled=change)
-
-
-def _slack(length_m: float) -> Change:
-    def change(model: mujoco.MjModel) -> None:
-        model.tendon_lengthspring += length_m * np.array([-1.0, 1.0])
-
-    return Change(right=("tendon_slack",), stage="tail", compiled=change)
-
-
-def _soft_tendons(relative: float) -> Change:
-    def change(model: mujoco.MjModel) -> None:
-        model.tendon_stiffness /= 1 + relative
-
-    return Change(right=("tendon_compliance",), stage="tail", compiled=change)
+    return Change(force=force)
 
 
 def _crank_arm(relative: float) -> Change:
@@ -120,22 +105,15 @@ def _crank_arm(relative: float) -> Change:
         for side in ("left", "right"):
             spec.site(f"anchor_{side}").pos[2] *= 1 + relative
 
-    return Change(right=("crank_arm_error",), stage="tail", model=change)
+    return Change(right="crank_arm_error", model=change)
 
 
-def _warped(angle_rad: float) -> Change:
-    def change(model: mujoco.MjModel) -> None:
-        model.qpos_spring[_joints(model)] = angle_rad
-
-    return Change(right=("bend_offset",), stage="tail", compiled=change)
-
-
-def _hinge_torque(torque: Callable[[np.ndarray, np.ndarray], np.ndarray], right: str) -> Change:
+def _hinge_torque(right: str, torque: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Change:
     def force(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         hinges = _joints(model)
         data.qfrc_applied[hinges] = torque(data.qpos[hinges], data.qvel[hinges])
 
-    return Change(right=(right,), stage="tail", force=force)
+    return Change(right=right, force=force)
 
 
 def _tip_mass(mass_kg: float) -> Change:
@@ -144,127 +122,83 @@ def _tip_mass(mass_kg: float) -> Change:
             name="glue", pos=(0.02, 0, 0), size=(0.004, 0, 0), mass=mass_kg, type=mujoco.mjtGeom.mjGEOM_SPHERE
         )
 
-    return Change(right=("mass_distribution",), stage="tail", model=change)
+    return Change(right="mass_distribution", model=change)
 
 
-def _towed(force_n: Callable[[float], float], right: str) -> Change:
+def _towed(right: str, force_n: Callable[[float], float]) -> Change:
     def force(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         velocity = data.qvel[:2]
         speed = float(np.hypot(*velocity))
         data.xfrc_applied[model.body("head").id, :2] = -force_n(speed) * velocity / max(speed, 1e-9)
 
-    return Change(right=(right,), stage="body", force=force)
+    return Change(right=right, force=force)
 
 
-def _coefficients(which: str, factor: float) -> Change:
-    """Scale drag and lift of one plate."""
+def _fin_coefficients(factor: float) -> Change:
+    """Scale drag and lift of the fin."""
 
     def change(model: mujoco.MjModel) -> None:
-        at = model.geom(which).id
-        model.geom_fluid[at, 1:6] *= factor
+        model.geom_fluid[model.geom("caudal_fin").id, 1:6] *= factor
 
-    return Change(right=("segment_coefficients",), stage="body", compiled=change)
-
-
-def _sag(load_s2: float) -> Change:
-    return Change(right=("motor_speed_sag",), stage="drive", speed=lambda hz, _time_s, _angle: 1 - load_s2 * hz**2)
+    return Change(right="segment_coefficients", compiled=change)
 
 
-def _ripple(share: float) -> Change:
-    return Change(
-        right=("motor_speed_ripple",), stage="drive", speed=lambda _hz, _time_s, angle: 1 + share * np.cos(2 * angle)
-    )
-
-
-def _seen(fault: PictureFault, right: str = "", stage: str = "camera") -> Change:
-    return Change(right=(right,) if right else (), stage=stage, fault=fault)
-
-
+_SIDES = np.array([[1.0], [-1.0]])  # left and right
 CHANGES: Mapping[str, Callable[[float], Change]] = {
     "current": lambda s: _current(0.015 * s, 0.01 * s),
-    "unequal tendons": lambda s: _unequal_tendons(0.0015 * s),
-    "slack": lambda s: _slack(0.0012 * s),
-    "soft tendons": lambda s: _soft_tendons(3.0 * s),
+    "unequal tendons": lambda s: _of_tendons(
+        "tendon_asymmetry", "tendon_lengthspring", lambda length: length + _SIDES * (0.0015 * s) / 2
+    ),
+    "slack": lambda s: _of_tendons(
+        "tendon_slack", "tendon_lengthspring", lambda length: length + 0.0012 * s * np.array([-1.0, 1.0])
+    ),
+    "soft tendons": lambda s: _of_tendons("tendon_compliance", "tendon_stiffness", lambda k: k / (1 + 3.0 * s)),
     "crank arm": lambda s: _crank_arm(-0.05 * s),
-    "stiffer": lambda s: Change(
-        right=("stiffness_error",), stage="tail", compiled=_each_hinge(lambda _n: 1 + 0.2 * s, "jnt_stiffness")
+    "stiffer": lambda s: _of_hinges("stiffness_error", "jnt_stiffness", lambda k: k * (1 + 0.2 * s)),
+    "softer to the tip": lambda s: _of_hinges(
+        "stiffness_gradient", "jnt_stiffness", lambda k: k * (1 + 0.2 * s * (1 - np.arange(5) / 2))
     ),
-    "softer to the tip": lambda s: Change(
-        right=("stiffness_gradient",),
-        stage="tail",
-        compiled=_each_hinge(lambda n: 1 + 0.2 * s * (1 - n / 2), "jnt_stiffness"),
-    ),
-    "hardening": lambda s: _hinge_torque(lambda q, _v: -2.0 * s * q**3, "stiffness_hardening"),
-    "damping": lambda s: Change(
-        right=("joint_damping",), stage="tail", compiled=_each_hinge(lambda _n: 1 + 0.8 * s, "dof_damping")
-    ),
-    "friction": lambda s: _hinge_torque(lambda _q, v: -0.02 * s * np.tanh(v / 0.05), "joint_friction"),
-    "warped": lambda s: _warped(0.02 * s),
+    "hardening": lambda s: _hinge_torque("stiffness_hardening", lambda q, _v: -2.0 * s * q**3),
+    "damping": lambda s: _of_hinges("joint_damping", "dof_damping", lambda c: c * (1 + 0.8 * s)),
+    "friction": lambda s: _hinge_torque("joint_friction", lambda _q, v: -0.02 * s * np.tanh(v / 0.05)),
+    "warped": lambda s: _of_hinges("bend_offset", "qpos_spring", lambda q: np.full_like(q, 0.02 * s)),
     "mass near the tip": lambda s: _tip_mass(0.02 * s),
-    "line in tow": lambda s: _towed(lambda u: 0.3 * s * u, "linear_drag"),
-    "skin": lambda s: _towed(lambda u: 0.2 * s * u**1.5, "skin_friction"),
-    "fin's own coefficients": lambda s: _coefficients("caudal_fin", 1 + 0.25 * s),
-    "motor sags": lambda s: _sag(0.03 * s),
-    "motor turns unevenly": lambda s: _ripple(0.06 * s),
-    "gear": lambda s: Change(
-        right=("drive_ratio_error",), stage="drive", speed=lambda _hz, _time_s, _angle: 1 + 0.03 * s
+    "line in tow": lambda s: _towed("linear_drag", lambda u: 0.3 * s * u),
+    "skin": lambda s: _towed("skin_friction", lambda u: 0.2 * s * u**1.5),
+    "fin's own coefficients": lambda s: _fin_coefficients(1 + 0.25 * s),
+    "motor sags": lambda s: Change(right="motor_speed_sag", speed=lambda hz, _angle: 1 - 0.03 * s * hz**2),
+    "motor turns unevenly": lambda s: Change(
+        right="motor_speed_ripple", speed=lambda _hz, angle: 1 + 0.06 * s * np.cos(2 * angle)
     ),
-    "clock": lambda s: _seen(clock(1 + 0.03 * s), "time_base_error", "drive"),
-    "scale": lambda s: Change(right=("scale_error",), stage="camera", scale=1 + 0.04 * s),
-    "drift": lambda s: _seen(drift("tail_4", 0.002 * s), "tracker_drift"),
-    "marker": lambda s: _seen(offset("tail_3", 0.006 * s), "marker_offset"),
-    "neck": lambda s: _seen(offset("neck", 0.005 * s), "head_frame_misalignment"),
-    "lens": lambda s: _seen(lens(-0.05 * s), "lens_distortion"),
-    "low camera": lambda s: Change(right=("camera_parallax",), stage="camera", height_m=3.0 / s),
-    "shutter": lambda s: _seen(shutter(0.012 * s), "rolling_shutter"),
+    "gear": lambda s: Change(right="drive_ratio_error", speed=lambda _hz, _angle: 1 + 0.03 * s),
+    "clock": lambda s: Change(right="time_base_error", fault=clock(1 + 0.03 * s)),
+    "scale": lambda s: Change(right="scale_error", scale=1 + 0.04 * s),
+    "drift": lambda s: Change(right="tracker_drift", fault=drift("tail_4", 0.002 * s)),
+    "marker": lambda s: Change(right="marker_offset", fault=offset("tail_3", 0.006 * s)),
+    "neck": lambda s: Change(right="head_frame_misalignment", fault=offset("neck", 0.005 * s)),
+    "lens": lambda s: Change(right="lens_distortion", fault=lens(-0.05 * s)),
+    "low camera": lambda s: Change(right="camera_parallax", height_m=3.0 / s),
+    "shutter": lambda s: Change(right="rolling_shutter", fault=shutter(0.012 * s)),
     "gust": lambda s: _gust(0.04 * s),
-    "shaken camera": lambda s: _seen(shaken(6.0 * s)),
+    "shaken camera": lambda s: Change(fault=shaken(6.0 * s)),
 }
 """Changes by name, from their strength, 1 to 2."""
 
 
-@dataclass(frozen=True)
-class PlainAnswer:
-    """Answer of one session: what was changed, how strongly, at which stage, and its names in the catalogue."""
-
-    session: str
-    change: str | None
-    strength: float
-    right: tuple[str, ...]
-    stage: str
-    seed: int
+def plan_plain(seed: int, unchanged: int, changed: int) -> tuple[ChangePlan, ...]:
+    """Plan sessions with these changes."""
+    return plan_changes((seed, 71), "m", unchanged, tuple(CHANGES), changed)
 
 
-class PlainPlan(NamedTuple):
-    """Plan of one session: its name, seed and change; None for none."""
-
-    name: str
-    seed: int
-    change: str | None
-
-
-def plan_plain(seed: int, unchanged: int, changed: int) -> tuple[PlainPlan, ...]:
-    """Plan sessions in random order, the changes in turn; names carry no information."""
-    random = np.random.default_rng([seed, 71])
-    changes: list[str | None] = [None] * unchanged
-    changes += in_turn(tuple(CHANGES), changed, random)
-    seeds = random.integers(2**31, size=len(changes))
-    return tuple(
-        PlainPlan(f"m{n:03d}", int(seeds[i]), changes[i]) for n, i in enumerate(random.permutation(len(changes)))
-    )
-
-
-def make_plain(folder: Path, plans: Sequence[PlainPlan]) -> int:
+def make_plain(folder: Path, plans: Sequence[ChangePlan]) -> int:
     """Make the sessions that are missing, with their answers in `folder/answers`; return how many."""
-    todo = [plan for plan in plans if not (folder / "answers" / f"{plan.name}.json").exists()]
-    (folder / "answers").mkdir(parents=True, exist_ok=True)
+    todo = missing(folder, plans)
     for plan in todo:
-        answer = _make(folder, plan)
-        write_record(folder / "answers" / f"{plan.name}.json", answer)
+        _make(folder, plan).write(folder)
     return len(todo)
 
 
-def _make(folder: Path, plan: PlainPlan) -> PlainAnswer:
+def _make(folder: Path, plan: ChangePlan) -> ChangeAnswer:
     random = np.random.default_rng([plan.seed, 73])
     strength = float(random.uniform(1.0, 2.0)) if plan.change else 0.0
     change = CHANGES[plan.change](strength) if plan.change else Change()
@@ -287,7 +221,8 @@ def _make(folder: Path, plan: PlainPlan) -> PlainAnswer:
         write_session_toml(
             part, name=plan.name, camera=camera, markers=FISHSIM_MARKERS, trials=tables, fit={"warmup_s": WARMUP_S}
         )
-    return PlainAnswer(plan.name, plan.change, strength, change.right, change.stage, plan.seed)
+    right = (change.right,) if change.right else ()
+    return ChangeAnswer(plan.name, PLAIN, plan.change, right, strength, plan.seed)
 
 
 def _film(
@@ -328,7 +263,7 @@ def _simulate(
     steps = int(seconds / model.opt.timestep)
     time_s, points = np.zeros(steps), np.zeros((steps, len(sites), 3))
     for step in range(steps):
-        data.ctrl[0] = 2 * np.pi * hz * change.speed(hz, data.time, data.qpos[crank])
+        data.ctrl[0] = 2 * np.pi * hz * change.speed(hz, data.qpos[crank])
         if change.force is not None:
             change.force(model, data)
         mujoco.mj_forward(model, data)

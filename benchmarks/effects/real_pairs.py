@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases import write_record
-from benchmarks.effects.pairs import CHANGED, REFERENCE, PairAnswer, PairPlan
+from benchmarks.effects.changes import CHANGED, REFERENCE, ChangeAnswer, ChangePlan, missing
 from benchmarks.effects.pictures import PictureFault, PixelTracks, clock, drift, lens, offset, shutter
 from benchmarks.effects.suite import in_turn
 from swimcal.create_session import FISHSIM_FPS, FISHSIM_MARKERS, FISHSIM_SCALE_M, new_folder, write_session_toml
@@ -35,29 +34,26 @@ FAULTS: Mapping[str, Callable[[float], PictureFault]] = {
 _SIZE_PX = np.array([3840.0, 2160.0])
 
 
-def plan_real(seed: int, healthy: int, changed: int) -> tuple[PairPlan, ...]:
+def plan_real(seed: int, healthy: int, changed: int) -> tuple[ChangePlan, ...]:
     """Plan pairs: the untouched splits in turn, then faults in turn on splits in turn."""
-    random = np.random.default_rng([seed, 83])
-    effects: list[str | None] = [None] * healthy
-    effects += in_turn(tuple(FAULTS), changed, random)
-    return tuple(PairPlan(f"p{n:03d}", n, effect) for n, effect in enumerate(effects))
+    effects = [*[None] * healthy, *in_turn(tuple(FAULTS), changed, np.random.default_rng([seed, 83]))]
+    return tuple(ChangePlan(f"p{n:03d}", n, effect) for n, effect in enumerate(effects))
 
 
-def make_real(folder: Path, source: Path, plans: tuple[PairPlan, ...]) -> int:
+def make_real(folder: Path, source: Path, plans: tuple[ChangePlan, ...]) -> int:
     """Make the pairs that are missing from the track files of `source`; return how many.
 
     Raises:
         InputError: a file is missing or faulty.
     """
-    todo = [plan for plan in plans if not (folder / "answers" / f"{plan.name}.json").exists()]
-    (folder / "answers").mkdir(parents=True, exist_ok=True)
+    todo = missing(folder, plans)
     for plan in todo:
         sign = -1.0 if plan.seed % 2 else 1.0
         for label, trials in zip((REFERENCE, CHANGED), SPLITS[plan.seed % len(SPLITS)], strict=True):
-            fault = FAULTS[plan.effect](sign) if plan.effect and label == CHANGED else None
+            fault = FAULTS[plan.change](sign) if plan.change and label == CHANGED else None
             _write(folder / plan.name / label, source, trials, fault)
-        answer = PairAnswer(plan.name, "real", plan.effect, sign, plan.seed)
-        write_record(folder / "answers" / f"{plan.name}.json", answer)
+        right = () if plan.change is None else (plan.change,)
+        ChangeAnswer(plan.name, "real", plan.change, right, sign, plan.seed).write(folder)
     return len(todo)
 
 

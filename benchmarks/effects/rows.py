@@ -1,19 +1,20 @@
 """Withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.linalg import block_diag, solve_triangular
+from scipy.optimize import lsq_linear
 
-from benchmarks.effects.closest_fit import ClosestFit, closest_fit_of
 from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from benchmarks.effects.suite import WARMUP_S
 from benchmarks.reality import Recording
-from benchmarks.reality.noise import PixelNoise
+from benchmarks.reality.camera import PixelNoise
 from diagnosis.constants import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
@@ -25,8 +26,10 @@ from fitting.session_model import PlacementUncertainty, SessionModel
 from fitting.signatures import (
     LONG,
     PRIOR_SD,
+    Piece,
     Signature,
     Whitened,
+    pieces,
     residual_row,
     row_covariance,
     row_slopes,
@@ -47,6 +50,7 @@ from swimcal.twin import Twin
 _ROUNDS = 7  # A refit takes at most this many steps.
 _DAMPING = 0.8  # Only this share of a step is taken, as the twin is not linear.
 _STEP_TOLERANCE = 0.1  # A shorter step is the last, in whitened length.
+_MAX_FREE_PARAMETERS = 2  # An effect of more parameters would have too many choices of pieces.
 
 
 class Change(NamedTuple):
@@ -95,6 +99,63 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
             else broyden(slopes, step, before_step - residual, step * PRIOR_SD**-2.0)
         )
     return at
+
+
+class ClosestFit(NamedTuple):
+    """Closest fit of several effects, or of none."""
+
+    values: list[np.ndarray]  # (p,) parameters of each effect
+    distance: float  # whitened, coefficients refitted; d in the two-way error Phi(-d / 2)
+    residual: np.ndarray  # (k,) residual of the row without the effects, coefficients as they were
+
+
+def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signature]) -> ClosestFit:
+    """Fit the parameters of effects that together come nearest to a change (k,), within their bounds.
+
+    Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
+    """
+    target = space.projected(row)
+    best, residual = [np.zeros(len(each.effect.parameters)) for each in signatures], row
+    nearest = float(np.linalg.norm(target))
+    choices = [chosen for chosen in product(*map(_list_choices, signatures)) if any(chosen)]
+    every = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
+    if not every:
+        return ClosestFit(best, nearest, residual)
+    basis, columns = np.linalg.qr(space.projected(np.array([piece.slope for piece in every.values()])).T)
+    column = dict(zip(every, columns.T, strict=True))
+    within = basis.T @ target
+    beside = max(nearest**2 - float(within @ within), 0.0)
+    for chosen in choices:
+        own = [piece for way in chosen for piece in way.values()]
+        bounds = ([piece.low for piece in own], [piece.high for piece in own])
+        found = lsq_linear(np.column_stack([column[id(piece)] for piece in own]), within, bounds)
+        distance = float(np.sqrt(2 * found.cost + beside))
+        if distance < nearest:
+            nearest, values = distance, iter(found.x)
+            residual = row - np.column_stack([piece.slope for piece in own]) @ found.x
+            for each, way in zip(best, chosen, strict=True):
+                each[:] = 0.0
+                each[list(way)] = [next(values) for _ in way]
+    return ClosestFit(best, nearest, residual)
+
+
+def _list_choices(signature: Signature) -> list[dict[int, Piece]]:
+    """List all choices of one piece of each parameter that shows, by its number.
+
+    Of an effect of more than two parameters, of which there would be too many, two: for all strengths the slopes of the
+    least, and of the largest that were tried.
+    """
+    every = {number: pieces(signature, number) for number in range(signature.values.shape[1])}
+    every = {number: own for number, own in every.items() if own}
+    if len(every) <= _MAX_FREE_PARAMETERS:
+        return [dict(zip(every, chosen, strict=True)) for chosen in product(*every.values())]
+    return [{number: _merge_pieces(own, size) for number, own in every.items()} for size in (min, max)]
+
+
+def _merge_pieces(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
+    """Return one piece for all strengths, with the slope of the least or the largest."""
+    like = size(own, key=lambda piece: max(piece.low, -piece.high))
+    return Piece(own[0].low, own[-1].high, like.slope)
 
 
 def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, ClosestFit]:

@@ -7,15 +7,16 @@ from functools import partial
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.cases import Failure, Run, run_cases
+from benchmarks.cases import Failure, Run, run_cases, write_record
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
-from benchmarks.effects.generators import GENERATORS, Generator
-from benchmarks.effects.making import Making
+from benchmarks.effects.making import GENERATORS, Generator, Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
-from diagnosis.discrepancy import Discrepancy
+from diagnosis.discrepancy import discrepancy_for
+from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import Fault, InputError, SwimcalError
+from swimcal.robot import load_robot
 
 _TOGETHER = 32  # This many sessions are under way at a time, and as many are lost when a worker dies.
 # A piece of work has at most this many times as many sessions: its last ones are made with ever less company.
@@ -29,23 +30,21 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
         suite: the folder to fill.
         seed: seed of the suite.
         size: size of the suite.
-        run: way to work off the pieces; workers elsewhere need to see the same folder.
+        run: way to work off the pieces.
         shard: the sessions to make; others of the same suite may be there already.
 
     Returns:
         What could not be made; the next run tries it again.
 
     Raises:
-        InputError: no scheduler answers, or the folder holds another suite.
+        InputError: the folder holds another suite.
     """
     plans = GENERATORS[size.generator].plan(seed, size)
     _check_same(suite, plans)
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _split_batches(todo, run.workers)}
-    lost = run_cases(
-        partial(_make_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
-    )
+    lost = run_cases(partial(_make_together, suite, size.generator), batches, run, failures.extend)
     return (*failures, *lost)
 
 
@@ -66,16 +65,14 @@ def _make_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) 
 
 
 def _make(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
-    if suite.made(plan.name):  # a cluster does again what a worker had done that then died
-        return None
     for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):
         shutil.rmtree(broken_off, ignore_errors=True)
-    making = Making(generator, Discrepancy.load(suite.discrepancy), catalogue())
+    making = Making(generator, discrepancy_for(FISHSIM_MARKERS, load_robot()), catalogue())
     try:
         answer = yield from making.make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
-    answer.write(suite.answer(plan.name))
+    write_record(suite.answer(plan.name), answer)
     return None
 
 

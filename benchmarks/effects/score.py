@@ -4,13 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import permutations
-from typing import get_args
 
 import numpy as np
 from scipy.stats import norm
 
-from benchmarks.effects.folder import Answer, Kind
-from benchmarks.effects.scored_diagnosis import Diagnosis, Gap
+from benchmarks.effects.folder import Answer
+from benchmarks.effects.scored_diagnosis import Diagnosis
 from benchmarks.effects.suite import DETECTABILITIES
 from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
@@ -168,37 +167,6 @@ def measures_without(cases: Sequence[Case]) -> Measures:
         "stage_right": share(stage, lambda c: c.stage_right, CLEAR_SINGLE, "≥ 80 %"),
         "confident_wrong": share("another name above 90 %", lambda c: c.confidently_wrong, asked="≤ 5 %"),
     }
-
-
-def measures_together(cases: Sequence[Case]) -> Measures:
-    """Score all effects at once, over sessions whose diagnosis may ask for them.
-
-    Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
-    """
-    found = {
-        f"called_for_{kind}": _measure_share(
-            cases, f"called for, {kind}", lambda c: c.diagnosis.everything is not None, of_kind(kind)
-        )
-        for kind in get_args(Kind)
-    }
-    asked = [(c.diagnosis, c.diagnosis.everything.gap or Gap()) for c in cases if c.diagnosis.everything]
-    named = [(t.gap or Gap()).speed_mae_after if t.named_groups else gap.speed_mae_before for t, gap in asked]
-    errors = {
-        "plain": [gap.speed_mae_before for _, gap in asked],
-        "names alone": named,
-        "all at once": [gap.speed_mae_after for _, gap in asked],
-    }
-    for label in ("plain", "names alone"):
-        pairs = zip(errors["all at once"], errors[label], strict=True)
-        nearer = [own < other for own, other in pairs if own is not None and other is not None]
-        share = Share(sum(nearer), len(nearer))
-        found[f"nearer_than_{label}"] = Measure(f"held-out speeds: better than {label}", share)
-    for label, each in errors.items():
-        error = median([1000.0 * value for value in each if value is not None])
-        found[f"error_{label}"] = Measure(f"speed error, {label}, mm/s, median", error)
-    shrinkages = [gap.shrinkage for _, gap in asked if gap.shrinkage is not None]
-    found["shrinkage"] = Measure("shrinkage of the held-out gap, median", median(shrinkages))
-    return {name: row for name, row in found.items() if not (isinstance(row.found, Share) and not row.found.of)}
 
 
 def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:

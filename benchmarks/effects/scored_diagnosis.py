@@ -20,9 +20,6 @@ class Gap:
     # shrinkage, shrinkage_ci95: share by which the gap is smaller than the plain twin's, and its 95 % interval
     shrinkage: FiniteFloat | None = None
     shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
-    # speed_mae_before, speed_mae_after: mean error of the speeds of the plain twin and of this one, m/s
-    speed_mae_before: FiniteFloat | None = None
-    speed_mae_after: FiniteFloat | None = None
 
 
 @dataclass(frozen=True)
@@ -30,13 +27,6 @@ class Where:
     """Shares of the gap by stage."""
 
     by_stage: dict[str, FiniteFloat | None] | None = None
-
-
-@dataclass(frozen=True)
-class AllAtOnce:
-    """Result of the twin with all effects at once."""
-
-    gap: Gap | None = None
 
 
 @dataclass(frozen=True)
@@ -49,9 +39,7 @@ class Diagnosis:
     probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # probability that an effect is present, by name
     where: Where | None = None  # shares of the gap
     gap: Gap | None = None  # gap with the effects that are named
-    everything: AllAtOnce | None = None  # twin with all effects; None where that is not called for, or was not asked
     seconds: FiniteFloat | None = None  # duration of the diagnosis; None where it is not given
-    effort: str | None = None  # effort of the diagnosis; None where it is not given
     withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
 
     @property

@@ -1,23 +1,14 @@
 """Scorer of a suite: it opens the answers and compares the diagnoses of the sessions with them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.cases import read_lines
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
-from benchmarks.effects.score import (
-    Case,
-    has_stage,
-    measures,
-    measures_together,
-    measures_without,
-    of_kind,
-    reachable,
-)
+from benchmarks.effects.score import Case, has_stage, measures, measures_without, of_kind, reachable
 from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from benchmarks.scores import Scores, Table
-from diagnosis.diagnose import ALL_AT_ONCE
 from swimcal.errors import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
@@ -28,72 +19,58 @@ _NOTES = (
 )
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Scored cases of a suite."""
+def scores_of(cases: Sequence[Case], without: Sequence[Case], command: str) -> Scores:
+    """Build all tables, with the command that made them.
 
-    cases: Sequence[Case]  # cases of the program
-    without: Sequence[Case] = ()  # cases of the program whose catalogue lacked the effect that is there
-
-    def scores(self, command: str) -> Scores:
-        """Build all tables, with the command that made them."""
-        kinds = [case.answer.kind for case in self.cases]
-        counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
-        asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
-        caption = f"{len(kinds)} sessions: {counts}"
-        tables = [Table.of(caption, {PROGRAM: measures(self.cases)})]
-        if self.without:
-            caption = "Without the effect that is there in the catalogue"
-            tables.append(Table.of(caption, {PROGRAM: measures_without(self.without)}))
-        if asked:
-            tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
-        tables.append(_build_reachable_table(self.cases))
-        return Scores(
-            title="Withheld effects",
-            data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
-            command=command,
-            tables=tuple(table for table in tables if table.rows),
-            notes=_NOTES,
-        )
-
-
-def score_all(suite: SuiteFolder) -> Outcome:
-    """Score the diagnoses in the folder of a suite, also those by a catalogue that lacks the effect.
-
-    Raises:
-        InputError: not every session is diagnosed.
+    Args:
+        cases: cases of the program.
+        without: cases of the program whose catalogue lacked the effect that is there.
+        command: the command.
     """
-    suite.check_diagnosed()
-    return Outcome(score_suite(suite), score_without(suite) if suite.without.exists() else ())
+    kinds = [case.answer.kind for case in cases]
+    counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
+    tables = [Table.of(f"{len(kinds)} sessions: {counts}", {PROGRAM: measures(cases)})]
+    if without:
+        caption = "Without the effect that is there in the catalogue"
+        tables.append(Table.of(caption, {PROGRAM: measures_without(without)}))
+    tables.append(_build_reachable_table(cases))
+    return Scores(
+        title="Withheld effects",
+        data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
+        command=command,
+        tables=tuple(table for table in tables if table.rows),
+        notes=_NOTES,
+    )
 
 
-def score_file(path: Path) -> Outcome:
-    """Score cases in a file, of one shard or of several, one after the other.
+def read_cases(path: Path) -> tuple[Case, ...]:
+    """Read cases in a file, of one shard or of several, one after the other.
 
     Raises:
         InputError: it holds no cases.
     """
-    return Outcome(read_lines(path, Case, lambda case: case.answer.session))
+    return read_lines(path, Case, lambda case: case.answer.session)
 
 
 def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
     """Read the diagnoses in the folders of the sessions, of any program, with the answers.
 
     Raises:
-        InputError: a diagnosis is missing or not by the contract; all at once.
+        InputError: not every session is diagnosed, or a diagnosis is not by the contract; all at once.
     """
+    suite.check_diagnosed()
     found = _read_diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
     true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
     return tuple(Case(answer, found[answer.session]) for answer in true)
 
 
 def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
-    """Read the diagnoses whose catalogue lacked the effect that is there, with the answers.
+    """Read the diagnoses whose catalogue lacked the effect that is there, if there are any, with the answers.
 
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
-    answers = suite.singles
+    answers = suite.singles if suite.without.exists() else {}
     found = _read_diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
     return tuple(Case(answer, found[name]) for name, answer in answers.items())
 

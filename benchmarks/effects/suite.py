@@ -43,6 +43,11 @@ class Recorded:
     free_decay: bool  # whether a free decay is recorded
     logged: bool  # whether the motor is logged
 
+    @property
+    def swims(self) -> list[tuple[float, str]]:
+        """Commanded speed and role of each swim, the slowest first."""
+        return sorted([*((hz, "fit") for hz in self.fit_hz), *((hz, "holdout") for hz in self.holdout_hz)])
+
 
 @dataclass(frozen=True)
 class SessionPlan:
@@ -62,10 +67,7 @@ class SuiteSize:
 
     sessions: int  # number of sessions
     null: int  # number of them with nothing in them
-    many: int = 0  # number of them with many effects
-    at_once: int = 0  # number of effects in each of these
-    asked: float = 0.0  # detectability that each of these has by itself
-    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `generators`
+    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `making`
     without: tuple[str, ...] = ()  # effects of the catalogue that are in none of them
 
 
@@ -73,7 +75,6 @@ SIZES = {
     # It is shipped, and stays as it is: without effects that came into the catalogue later.
     "small": SuiteSize(24, 8, without=("linear_drag", "skin_friction", "hull_roll")),
     "large": SuiteSize(700, 300),
-    "many": SuiteSize(24, 6, 18, 5, 3.3),
     "wake": SuiteSize(40, 14, generator="wake"),
 }
 WHOLE = slice(None)
@@ -147,7 +148,7 @@ def _draw_present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
 ) -> list[Present]:
     """Draw what is in each session, in no order."""
-    something = size.sessions - size.null - size.many
+    something = size.sessions - size.null
     single, double = round(_SINGLE_SHARE * something), round(_DOUBLE_SHARE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
     found: list[Present] = [("null", (), 0.0)] * size.null
@@ -158,9 +159,6 @@ def _draw_present(
     found += [
         ("outside", (name,), float(next(levels))) for name in in_turn(outside, something - single - double, random)
     ]
-    for _ in range(size.many):
-        several = random.choice(len(catalogued), size.at_once, replace=False)
-        found.append(("many", tuple(catalogued[i] for i in several), size.asked))
     return found
 
 

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.foreign.recordings import Recording, Recordings
-from swimcal.motor_log import MotorCommands, MotorLog
 
 Change = Callable[[Recordings, Recording, np.random.Generator], str]
 """Function that disturbs a session, mostly one trial of it, and returns in words how."""
@@ -322,18 +321,20 @@ def command_wrong(session: Recordings, trial: Recording, random: np.random.Gener
 
 def log_misread(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """Put single readings of the motor a turn off."""
-    log = _require_log(trial)
+    assert trial.log is not None
+    log, commands = trial.log
     rows = random.choice(len(log.time_s), int(random.integers(1, 9)), replace=False)
     off = log.position_rad.copy()
     off[rows] += 2 * np.pi * random.choice([-1.0, 1.0], len(rows))
-    trial.log = replace(log, position_rad=off), _require_commands(trial)
+    trial.log = replace(log, position_rad=off), commands
     return f"{len(rows)} readings a turn off"
 
 
 def log_modulo(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """Count the motor within one turn."""
-    log = _require_log(trial)
-    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), _require_commands(trial)
+    assert trial.log is not None
+    log, commands = trial.log
+    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), commands
     session.refusable = True
     return "readings modulo one turn"
 
@@ -396,52 +397,22 @@ def _allow_refusal(session: Recordings, trial: Recording) -> None:
     session.refusable = session.refusable or fitted == [trial]
 
 
-def _require_log(trial: Recording) -> MotorLog:
-    assert trial.log is not None
-    return trial.log[0]
-
-
-def _require_commands(trial: Recording) -> MotorCommands:
-    assert trial.log is not None
-    return trial.log[1]
-
-
-def _is_logged(_session: Recordings, trial: Recording) -> bool:
-    return trial.log is not None
-
-
-def _is_held_out(_session: Recordings, trial: Recording) -> bool:
-    return trial.kind == "swim" and trial.role == "holdout"
-
-
-def _has_long_tail(session: Recordings, trial: Recording) -> bool:
-    return trial.kind == "swim" and len(session.tail) > 1
-
-
-def _has_no_log(_session: Recordings, trial: Recording) -> bool:
-    return trial.kind == "swim" and trial.log is None
-
-
-POOL = (rests_first, rests, stops, current, turns, scale_drifts, beats_fast, frames_uneven)
-UNSEEN = (
-    tail_gap,
-    tail_never_compared,
-    tail_in_few_frames,
-    tail_on_one_side,
-    head_gap,
-    head_in_first_beats,
-    all_gap,
-    leaves,
-)
-OTHERS = (
-    *(confidence_low, confidence_empty, tail_misplaced, head_exchanged, frozen),
-    *(stamps_jitter, frames_dropped, frames_doubled, stamps_repeated, other_origin, milliseconds),
-    *(scale_in_other_unit, command_missing, command_wrong, unusable_beside, nothing_to_fit),
-)
 KINDS = (
-    *(Disturbance(change, in_pool=True, of=_has_no_log) for change in POOL),
-    *(Disturbance(change) for change in (*UNSEEN, *OTHERS)),
-    *(Disturbance(change, of=_is_logged) for change in (log_misread, log_modulo)),
-    Disturbance(blank_once_held_out, of=_is_held_out),
-    Disturbance(tail_swapped, of=_has_long_tail),
+    *(
+        Disturbance(change, in_pool=True, of=lambda _session, trial: trial.kind == "swim" and trial.log is None)
+        for change in (rests_first, rests, stops, current, turns, scale_drifts, beats_fast, frames_uneven)
+    ),
+    *map(
+        Disturbance,
+        (
+            *(tail_gap, tail_never_compared, tail_in_few_frames, tail_on_one_side),
+            *(head_gap, head_in_first_beats, all_gap, leaves),
+            *(confidence_low, confidence_empty, tail_misplaced, head_exchanged, frozen),
+            *(stamps_jitter, frames_dropped, frames_doubled, stamps_repeated, other_origin, milliseconds),
+            *(scale_in_other_unit, command_missing, command_wrong, unusable_beside, nothing_to_fit),
+        ),
+    ),
+    *(Disturbance(change, of=lambda _session, trial: trial.log is not None) for change in (log_misread, log_modulo)),
+    Disturbance(blank_once_held_out, of=lambda _session, trial: trial.kind == "swim" and trial.role == "holdout"),
+    Disturbance(tail_swapped, of=lambda session, trial: trial.kind == "swim" and len(session.tail) > 1),
 )

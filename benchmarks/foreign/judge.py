@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -118,17 +118,18 @@ def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) ->
     inside = INSIDE_WORDS.search(text)
     if run.code not in (0, 2) or inside is not None:
         worst = last if inside is None else text[max(inside.start() - 60, 0) : inside.end() + 100]
-        return _update_verdict(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
+        return replace(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
     refusal = "" if run.code == 0 else _strip_progress(text)[-300:]
     if run.code == 2 and not (folder / "results" / "calibration.json").is_file():
         right = session.refused or session.refusable
-        return _update_verdict(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
+        return replace(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
     judgement = _Judgement(session, Results(folder))
     judgement.everything()
-    judged, wrong, excused = judgement.judged, tuple(judgement.wrong), tuple(judgement.excused)
-    found = {"wrong": wrong, "excused": excused, "judged": judged, "flags": tuple(judgement.needless())}
-    unsaid = (*judgement.unsaid, *(("not refused",) if session.refused else ()))
-    return _update_verdict(run, refusal=refusal, unsaid=unsaid, **found)
+    wrong, excused = tuple(judgement.wrong), tuple(judgement.excused)
+    unsaid, flags = (*judgement.unsaid, *["not refused"] * session.refused), tuple(judgement.needless())
+    return replace(
+        run, refusal=refusal, unsaid=unsaid, wrong=wrong, excused=excused, judged=judgement.judged, flags=flags
+    )
 
 
 def _strip_progress(text: str) -> str:
@@ -327,7 +328,3 @@ class _Judgement:
             if source["se"] is not None:
                 flags = self.results.flags(None) + [f for name in source["trials"] for f in self.results.flags(name)]
                 self._judge_number(quantity, source["value"], value, source["se"], flags)
-
-
-def _update_verdict(run: Verdict, **found: Any) -> Verdict:
-    return Verdict(**(vars(run) | found))

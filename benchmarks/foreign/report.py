@@ -1,6 +1,5 @@
 """`python -m benchmarks foreign`: sessions drawn, run and judged, a line of JSON each, and the table of them."""
 
-import json
 import shutil
 from collections import Counter
 from collections.abc import Sequence
@@ -11,13 +10,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.cases import Failure, Run, read_lines, run_cases
+from benchmarks.cases import Failure, Run, add_line, read_lines, run_cases
 from benchmarks.foreign.disturbances import KINDS, disturb
 from benchmarks.foreign.draw import draw
 from benchmarks.foreign.judge import Verdict, judge
 from benchmarks.foreign.recordings import Recordings
 from benchmarks.scores import Measure, Scores, Share, Table
-from swimcal.results import plain_json, to_plain
 
 LINES = "sessions.jsonl"
 MOST_FLAGGED = 0.02  # At most this share of clean sessions may be flagged.
@@ -97,16 +95,10 @@ def measure_foreign(
         run: way to work off the sessions.
         keep: folder in which sessions, results and `terminal.txt` are kept; default: nowhere.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     lines = folder / LINES
     there = {(each.seed, each.number) for each in _read(lines)}
     cases = {f"{number}": number for number in numbers if (seed, number) not in there}
-
-    def write(_name: str, verdict: Verdict) -> None:
-        with lines.open("a") as file:
-            file.write(json.dumps(plain_json(to_plain(verdict))) + "\n")
-
-    failures = run_cases(partial(score_session, seed, keep), cases, run, write)
+    failures = run_cases(partial(score_session, seed, keep), cases, run, partial(add_line, lines))
     return ForeignOutcome(tuple(sorted(_read(lines), key=lambda each: (each.seed, each.number))), failures)
 
 

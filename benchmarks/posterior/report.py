@@ -4,19 +4,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
 from math import nan
 from pathlib import Path
 
-import emcee
-import mujoco
 import numpy as np
 from scipy.stats import kstest
 
-import fitting
-import swimcal
-import swimsynth
-from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
+from benchmarks.cases import Failure, Run, add_line, read_lines, run_cases
 from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
 from fitting.coefficient_fit import NAMES
@@ -29,9 +23,8 @@ _FEWEST = 50  # The test for uniformity needs at least this many sessions.
 class PosteriorOutcome:
     """Scores that `python -m benchmarks posterior` found in one set of sessions."""
 
-    sessions: tuple[PosteriorScore, ...]  # scores of all shards in the folder
+    sessions: tuple[PosteriorScore, ...]  # all scores in the folder
     failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
-    others: int = 0  # files in the folder that other code made; they are left out
 
     @property
     def gaps(self) -> list[int]:
@@ -74,8 +67,6 @@ class PosteriorOutcome:
             tables.append(Table.of(f"{count}: posterior of each coefficient against the truth", self.calibrations))
             tables.append(Table.of("Warnings", {"sessions": self.warnings}))
             notes += [f"No score of seeds {', '.join(map(str, self.gaps))}."] if self.gaps else []
-        if self.others:
-            notes.append(f"{self.others} files in the folder are of other code and left out.")
         notes += [f"Session {failure.name} failed: {failure.message}." for failure in self.failures]
         data = "synthetic: sessions drawn from the prior, with their truth"
         return Scores("Posterior", data, command, tuple(tables), tuple(notes))
@@ -85,29 +76,26 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
     """Score the sessions asked for that the folder lacks, and judge all that it then holds.
 
     Args:
-        folder: folder in which scores are kept; several machines may fill it with a shard each. Of a file of scores
-            (.jsonl) the table is made as they are, whichever code made them, and nothing is run.
+        folder: folder of `sessions.jsonl`; a new version of the program needs a new one. Of a file of scores (.jsonl)
+            the table is made as they are, and nothing is run.
         seeds: seeds of the sessions.
         run: way to work off the sessions.
 
     Raises:
-        InputError: no scheduler answers, or the file holds something else.
-        ResultsNotWritable: the folder is not writable.
+        InputError: the file holds something else.
     """
     if folder.suffix == ".jsonl":
-        return PosteriorOutcome(read_lines(folder, PosteriorScore, lambda score: str(score.seed)))
-    records = Records(folder / "sessions", PosteriorScore, _compute_code())
-    cases = {seed: int(seed) for seed in records.missing([str(seed) for seed in seeds])}
-    failures = run_cases(score_session, cases, run, records.keep)
-    return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
+        return PosteriorOutcome(_read(folder))
+    lines = folder / "sessions.jsonl"
+    there = {score.seed for score in _read(lines)} if lines.is_file() else set()
+    cases = {str(seed): seed for seed in seeds if seed not in there}
+    failures = run_cases(score_session, cases, run, partial(add_line, lines))
+    found = _read(lines) if lines.is_file() else ()
+    return PosteriorOutcome(tuple(sorted(found, key=lambda score: score.seed)), failures)
 
 
-def _compute_code() -> str:
-    """Return the fingerprint of what a score depends on: twin, inference, drawing and scoring of sessions, MuJoCo."""
-    libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
-    packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, swimsynth)]
-    scoring = [path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__)]
-    return code_of(*packages, *scoring, libraries=libraries)
+def _read(lines: Path) -> tuple[PosteriorScore, ...]:
+    return read_lines(lines, PosteriorScore, lambda score: str(score.seed))
 
 
 def uniform_p(below: np.ndarray) -> float:

@@ -5,16 +5,14 @@ of draws below the truth is uniform when the posterior is right.
 """
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
+from benchmarks.posterior.truth import draw_session
+from fitting.posterior.posterior import MISFIT_P, sample_posterior
 from fitting.search import find_mode
 from fitting.session_model import SessionModel
-from swimcal.flags import Flag
 
 EFFECTIVE = 100  # effective sample size asked for
 STARTS = 3  # number of starts of the search for the mode
@@ -77,10 +75,7 @@ def score_session(seed: int) -> PosteriorScore:
     began = time.perf_counter()
     mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
     posterior = sample_posterior(mode, EFFECTIVE, seed)
-    return _score(drawn, posterior, posterior.flags, time.perf_counter() - began)
-
-
-def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], seconds: float) -> PosteriorScore:
+    seconds = time.perf_counter() - began
     truth, draws = np.array(drawn.truth), posterior.coefficients
     q05, q95 = np.quantile(draws, [0.05, 0.95], axis=0)
     return PosteriorScore(
@@ -95,7 +90,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
         sd=_pack_five(draws.std(axis=0, ddof=1)),
         r_hat=_pack_five(posterior.draws.r_hat[:5]),
         misfit_p=posterior.misfit_p,
-        flags=tuple(flag.kind for flag in flags),
+        flags=tuple(flag.kind for flag in posterior.flags),
         seconds=seconds,
     )
 

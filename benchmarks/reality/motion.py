@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.reality.body import Chain, Pose
-from benchmarks.reality.fluid import StripForces, Water
+from benchmarks.reality.fluid import ReactiveWater, StripForces, Water
 from benchmarks.reality.instant import Instant, rows_of
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import Group, Mechanism, grouped
 from benchmarks.reality.parameters import Parameters
-from benchmarks.reality.reactive import ReactiveWater
 from benchmarks.reality.tendons import Pull, Tendons, Turn
 
 

@@ -4,9 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.reality.instant import Instant
-
-_KEEP_S = 0.004  # Instants are kept at this interval.
+KEEP_S = 0.004  # Instants are kept at this interval.
 # A simulation has blown up where a hinge bends further, or the head gets further.
 _PLAUSIBLE_RAD = np.pi
 _PLAUSIBLE_M = 20.0
@@ -60,22 +58,3 @@ class Record:
         time_s = self.start_s[row, 0] + self.step_s * np.arange(self.crank_rad.shape[1])
         own = time_s < end_s + self.step_s
         return Drive(time_s[own], self.crank_rad[row, own], self.crank_torque_n_m[row, own])
-
-
-class Recorder:
-    """Recorder of every few steps of a batch, by the integrator's step."""
-
-    def __init__(self, step_s: float) -> None:
-        self._every, self._step_s = max(int(_KEEP_S / step_s + 1e-9), 1), step_s
-        self._kept: list[tuple[np.ndarray, ...]] = []
-
-    def add(self, k: int, now: Instant, position: np.ndarray, velocity: np.ndarray) -> None:
-        """Add the state at step k, and the instant it belongs to."""
-        if k % self._every == 0:
-            turn, torque = now.turn.angle_rad[:, 0], now.pull.crank_torque_n_m[:, 0]
-            self._kept.append((position, velocity, turn, torque))
-
-    def finished(self, start_s: np.ndarray) -> Record:
-        """Return all that was kept, since times (n, 1)."""
-        series = (np.stack(values, axis=1) for values in zip(*self._kept, strict=True))
-        return Record(start_s, self._every * self._step_s, *series)

@@ -1,16 +1,18 @@
 """Simulation of trials: batches of them at once, filmed by their worlds' cameras."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.reality.body import Chain
 from benchmarks.reality.film import Recording, exposed_s, film
 from benchmarks.reality.integrate import step
-from benchmarks.reality.layout import HINGES_PER_GAP, lay_out
+from benchmarks.reality.layout import HINGES_PER_GAP, Layout, lay_out
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters
-from benchmarks.reality.record import Recorder
-from benchmarks.reality.start import balanced_hinges
+from benchmarks.reality.record import KEEP_S, Record
+from benchmarks.reality.tendons import Tendons, Turn
 from benchmarks.reality.world import Trial, World, prepared_parameters
 from swimcal.errors import SimulationDiverged
 from swimcal.robot import load_robot
@@ -19,6 +21,13 @@ STEP_S = 0.001
 _BATCH = 256
 # A batch goes on for this long after a trial's end and last frame, which must be between two kept instants.
 _SPARE_S = 0.01
+_STAGES = 24  # The crank is followed from the straight tail in this many stages.
+_STAGE_ITERATIONS = 6
+_LAST_ITERATIONS = 60
+_EXTRA_STIFFNESS = 2.0  # The Jacobian has this many times the hinges' stiffness added.
+_NUDGE_RAD = 0.01  # The pose's slope is taken over this turn of the crank.
+# The tail has snapped into another pose where a hinge turns more than this many times as far as the crank.
+_SNAP_SLOPE = 5.0
 
 
 def simulate(
@@ -88,17 +97,18 @@ def filmed(
     last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
     steps = int(np.ceil((float((last_s - start_s[:, 0]).max()) + _SPARE_S) / step_s)) + 1
     release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in made])
-    recorder, states = Recorder(step_s), motion.start_states(start_s, position, velocity)
+    every, kept, states = max(int(KEEP_S / step_s + 1e-9), 1), [], motion.start_states(start_s, position, velocity)
     with np.errstate(all="ignore"):  # what blows up is found below
         for k in range(steps):
             before_step(k, position, velocity)
             time_s = start_s + k * step_s
             later, faster, at = step(motion, time_s, position, velocity, states, step_s)
-            recorder.add(k, at.now, position, velocity)
+            if k % every == 0:
+                kept.append((position, velocity, at.now.turn.angle_rad[:, 0], at.now.pull.crank_torque_n_m[:, 0]))
             states = motion.advanced(at, states, step_s)
             let_go = time_s >= release - 1e-9
             position, velocity = np.where(let_go, later, position), np.where(let_go, faster, velocity)
-    record = recorder.finished(start_s)
+    record = Record(start_s, every * step_s, *(np.stack(values, axis=1) for values in zip(*kept, strict=True)))
     if (lost := record.lost).any() and not allow_divergence:
         raise divergence(made, lost, step_s)
     record.position[lost] = np.nan
@@ -129,3 +139,47 @@ def start_of(motion: Motion, trials: Sequence[Trial], time_s: np.ndarray) -> tup
     position[:, 3:] = position[:, 2:3] + np.cumsum(hinges, axis=1)
     velocity[:, 3:] = np.cumsum(hinge_rates, axis=1)
     return position, velocity
+
+
+def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
+    """Return (n, h) hinge angles in which the tail rests under its tendons, and their rates as the crank turns, slowly.
+
+    Descends the tail's potential energy, following the crank from the nearest angle at which the tail is straight. The
+    steps are Newton's with a Jacobian without the curving of the tendons' paths, made up for by stiffer hinges.
+    Where a pulled tail snaps into another pose just there, it starts at rest.
+    """
+    chain = Chain(layout, parameters)
+    tendons = Tendons(layout, replace(parameters, tendon_damping_n_s_m=0 * parameters.tendon_damping_n_s_m), chain)
+    hinges = parameters.hinge_rest_rad.copy()
+    angle, upright = turn.angle_rad, np.pi * np.round(turn.angle_rad / np.pi)
+    for share in np.linspace(0.0, 1.0, _STAGES):
+        at = upright + share * (angle - _NUDGE_RAD - upright)
+        hinges = _settle(chain, tendons, parameters, hinges, at, _STAGE_ITERATIONS if share < 1 else _LAST_ITERATIONS)
+    ahead = _settle(chain, tendons, parameters, hinges, angle, _LAST_ITERATIONS)
+    slope = (ahead - hinges) / _NUDGE_RAD
+    slope = np.where(np.abs(slope).max(axis=1, keepdims=True) < _SNAP_SLOPE, slope, 0.0)
+    return ahead, slope * turn.speed_rad_s
+
+
+def _settle(
+    chain: Chain,
+    tendons: Tendons,
+    parameters: Parameters,
+    hinges: np.ndarray,
+    angle_rad: np.ndarray,
+    iterations: int,
+) -> np.ndarray:
+    """Return (n, h) hinge angles with the crank at rest at angles (n, 1), from a guess (n, h)."""
+    still = Turn(angle_rad, np.zeros_like(angle_rad))
+    to_hinges = np.triu(np.ones((hinges.shape[1], hinges.shape[1])))  # a hinge turns every link behind it
+    for _ in range(iterations):
+        angles = np.concatenate([np.zeros((len(hinges), 1)), np.cumsum(hinges, axis=1)], axis=1)
+        position = np.concatenate([np.zeros((len(hinges), 2)), angles], axis=1)
+        pull = tendons.pull(chain.pose(position, np.zeros_like(position)), still, still, 1.0)
+        gradient = pull.gradient_m[:, :, 3:] @ to_hinges.T  # (n, 2, h)
+        stiffness = parameters.hinge_stiffness_n_m
+        jacobian = (1 + _EXTRA_STIFFNESS) * stiffness[:, :, None] * np.eye(hinges.shape[1])
+        jacobian = jacobian + (np.swapaxes(gradient, 1, 2) * parameters.tendon_stiffness_n_m[:, None]) @ gradient
+        force = -stiffness * (hinges - parameters.hinge_rest_rad) - (pull.tension_n[:, None] @ gradient)[:, 0]
+        hinges = hinges + np.linalg.solve(jacobian, force[:, :, None])[..., 0]
+    return hinges

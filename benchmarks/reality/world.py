@@ -5,10 +5,9 @@ from typing import Literal
 
 import numpy as np
 
-from benchmarks.reality.camera import Camera
+from benchmarks.reality.camera import Camera, PixelNoise
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.noise import PixelNoise
 from benchmarks.reality.parameters import Parameters, nominal_parameters
 
 TrialKind = Literal["swim", "dry", "free_decay"]

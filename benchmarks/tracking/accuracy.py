@@ -1,22 +1,17 @@
 """Accuracy of tracked markers in rendered pool videos with known truth. Only tried on synthetic video."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
-import tracking
-from benchmarks.cases import Progress, Records, Run, code_of, run_cases
+from benchmarks.cases import Progress
 from benchmarks.scores import Table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import load_truth, truth_file
 from swimcal.errors import InputError
-from swimcal.results import sha256_of
 from swimcal.tracks import pixels_of
 from tracking.follow_video import follow_video
 from tracking.tracked import SampleState
@@ -47,13 +42,9 @@ class Clip(NamedTuple):
         return folder / f"{self.clip}-{self.quality.replace(' ', '')}.mp4"
 
 
-@dataclass(frozen=True)
-class TrackingScore:
+class TrackingScore(NamedTuple):
     """Score of one tracker on one clip."""
 
-    clip: str
-    encoding: str
-    method: str
     rms_px: float = float("nan")  # error an axis of the samples that are measured and on their marker
     bias_px: float = float("nan")  # larger of the two mean errors of the same
     lost: float = 1.0  # share of the visible samples that are not measured, or not on their marker
@@ -80,26 +71,13 @@ def render_clips(todo: Sequence[Clip], folder: Path, progress: Progress) -> None
             )
 
 
-def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> list[TrackingScore]:
-    """Track every clip from the boxes that a person would draw.
-
-    Args:
-        todo: rendered clips to track.
-        folder: folder of the videos; scores are kept there as they come, and taken from there the next time.
-        progress: called with a message and the share done.
-    """
-    here = Path(tracking.__file__).parent
-    records = Records(
-        folder / "scores", TrackingScore, code_of(here, Path(__file__), libraries={"opencv": cv2.__version__})
-    )
-    names = {f"{each.file(folder).stem}.{each.method}": each for each in todo}
-    truths = {name: sha256_of(truth_file(each.file(folder))) for name, each in names.items()}
-    missing = {name: each for name, each in names.items() if records.read(name, truths[name]) is None}
-    run, work = Run(workers=1, progress=progress), partial(score_clip, folder=folder)  # all cores decode a video
-    if failures := run_cases(work, missing, run, lambda name, score: records.keep(name, score, truths[name])):
-        raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
-    found = (records.read(name, truths[name]) for name in names)
-    return [score for score in found if score is not None]
+def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> dict[Clip, TrackingScore]:
+    """Track every clip, which is rendered in a folder, from the boxes that a person would draw."""
+    found = {}
+    for number, clip in enumerate(todo):
+        progress(f"tracking {clip.clip}", number / len(todo))
+        found[clip] = score_clip(clip, folder)
+    return found
 
 
 def score_clip(clip: Clip, folder: Path) -> TrackingScore:
@@ -110,34 +88,26 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
         with Video(path) as video:
             tracked = follow_video(video, truth.start_boxes(), truth.markers, clip.method)  # type: ignore[arg-type]
     except InputError:
-        return TrackingScore(clip.clip, clip.quality, clip.method)
+        return TrackingScore()
     error = pixels_of(tracked) - truth.shown_px  # (n, m, 2)
     measured = tracked.state.values == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px
     good = measured & on_marker & truth.visible
     return TrackingScore(
-        clip=clip.clip,
-        encoding=clip.quality,
-        method=clip.method,
         rms_px=float(np.sqrt(np.mean(error[good] ** 2))),
         bias_px=float(np.abs(error[good].mean(axis=0)).max()),
         lost=float((truth.visible & ~good).sum() / truth.visible.sum()),
     )
 
 
-def accuracy_table(scores: Sequence[TrackingScore]) -> Table:
+def accuracy_table(found: Mapping[Clip, TrackingScore]) -> Table:
     """Build a row a clip: the tracker in every encoding; each method's losses, and plain CSRT, in the compared one."""
-    found = {(score.clip, score.encoding, score.method): score for score in scores}
-    own = [score for score in scores if score.method == "hybrid"]
-    clips, encodings = (list(dict.fromkeys(getattr(score, key) for score in own)) for key in ("clip", "encoding"))
     rows = []
-    for clip in clips:
-        tracker, spots, csrt = (found[clip, Clip("", COMPARED).quality, method] for method in METHODS[:3])
-        rms = (f"{found[clip, encoding, 'hybrid'].rms_px:.3f}" for encoding in encodings)
+    for name in dict.fromkeys(clip.clip for clip in found):
+        tracker, spots, csrt = (found[Clip(name, COMPARED, method)] for method in METHODS)
+        rms = (f"{found[Clip(name, encoding)].rms_px:.3f}" for encoding in ENCODINGS)
         lost = (f"{each.lost:.2%}" for each in (tracker, spots))
-        rows.append((clip, *rms, *lost, f"{csrt.rms_px:.3f}, {csrt.bias_px:.3f}, {csrt.lost:.2%}"))
-    caption = (
-        "Rms error per axis, px, of samples on their marker; lost samples and plain CSRT (rms, bias, lost) at "
-        f"{Clip('', COMPARED).quality}"
-    )
-    return Table(caption, ("clip", *encodings, "lost", "lost, no CSRT", "CSRT: rms, bias, lost"), tuple(rows))
+        rows.append((name, *rms, *lost, f"{csrt.rms_px:.3f}, {csrt.bias_px:.3f}, {csrt.lost:.2%}"))
+    compared, *qualities = (Clip("", encoding).quality for encoding in (COMPARED, *ENCODINGS))
+    caption = f"Rms error per axis, px, of samples on their marker; lost samples and plain CSRT at {compared}"
+    return Table(caption, ("clip", *qualities, "lost", "lost, no CSRT", "CSRT: rms, bias, lost"), tuple(rows))

@@ -25,7 +25,7 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
     """Measure accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
 
     Args:
-        folder: folder in which rendered videos and scores of clips are kept and found again.
+        folder: folder in which rendered videos are kept and found again.
         part: "accuracy", "starts", "damaged", "speed", "fit" or "all".
         clips: names of clips, none for all of them.
         progress: called with a message and the share done.

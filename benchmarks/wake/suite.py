@@ -4,7 +4,7 @@ from itertools import cycle
 
 import numpy as np
 
-from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, drawn_nuisances, swim_past_middle
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_until, drawn_nuisances, swim_past_middle
 from benchmarks.effects.filming import Filming
 from benchmarks.effects.suite import WARMUP_S, Present, Recorded, SessionPlan, SuiteSize, apart, in_turn, plans_of
 from benchmarks.reality import Recording
@@ -21,7 +21,6 @@ _HELD_OUT = 2  # number of held-out swims
 _BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}
 _TILT_SD_RAD = 0.02  # standard deviation of the camera's tilt
 _TRIM_SD_RAD = 0.015  # standard deviation of the bend of a hinge at rest
-_TRIES = 12  # At most this many robots are drawn for a session.
 # Another robot is drawn where a swim of the base state leaves these bounds.
 _SLOWEST_M_S = 0.015
 _FASTEST_M_S = 0.3
@@ -53,13 +52,7 @@ def draw_wake_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     Raises:
         ValueError: no draw is.
     """
-    random = np.random.default_rng([plan.seed, 2])
-    for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, sample_wake_world(random), _draw_trials(plan.recorded, random))
-        recordings = yield [(drawn.world, each.trial) for each in drawn.trials]
-        if all(map(is_plausible, recordings)):
-            return drawn
-    raise ValueError(f"session {plan.name}: found no robot that swims as fish do in {_TRIES} draws, expected most to")
+    return draw_until(plan, sample_wake_world, _draw_trials, is_plausible)
 
 
 def sample_wake_world(random: np.random.Generator) -> WakeWorld:
@@ -77,15 +70,11 @@ def sample_wake_world(random: np.random.Generator) -> WakeWorld:
 
 
 def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
-    roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
-    return tuple(
-        DrawnTrial(trial_name("f", hz), role, _draw_short(hz, _BEATS[role], random)) for hz, role in sorted(roles)
-    )
-
-
-def _draw_short(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
-    """Draw a swim of a few beats to anywhere."""
-    return draw_wake_swim(hz, float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1)), random)
+    trials = []
+    for hz, role in recorded.swims:
+        seconds = float(np.round(WARMUP_S + random.uniform(*_BEATS[role]) / hz, 1))
+        trials.append(DrawnTrial(trial_name("f", hz), role, draw_wake_swim(hz, seconds, random)))
+    return tuple(trials)
 
 
 def draw_wake_swim(hz: float, seconds: float, random: np.random.Generator) -> TrimmedTrial:

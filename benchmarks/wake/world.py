@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.reality.camera import Camera
+from benchmarks.reality.camera import Camera, PixelNoise
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.noise import PixelNoise
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import Trial, World, prepared_parameters
 

@@ -32,7 +32,7 @@ def words() -> str:
 
 def scores() -> str:
     """Return the tables of all benchmarks."""
-    from benchmarks.page import score_tables
+    from benchmarks.scores import score_tables
 
     return score_tables()
 

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cases import Run
-from benchmarks.page import DOCS, SCORES
 from benchmarks.posterior.report import PosteriorOutcome, measure_posterior
-from benchmarks.scores import Scores
+from benchmarks.scores import DOCS, SCORES, Scores
 
 
 def sessions() -> PosteriorOutcome:

@@ -35,7 +35,7 @@ class MovingWater(Mechanism):
 class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
-    See `benchmarks.reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of
+    See `ReactiveWater`. The theory takes the body for endless. Around an end water escapes, and less of
     it is accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies:
     strips hold some diameters from the ends).
     """

@@ -6,12 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from benchmarks.effects.discrepancy import save
+from benchmarks.cases import write_record
 from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
-from diagnosis.discrepancy import Discrepancy
 
 ANSWERS = (
     Answer("w00000001", "null"),
@@ -24,11 +21,10 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    save(Discrepancy.independent(np.eye(127)), suite.folder / "discrepancy.npz", [0])
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
         (suite.sessions / answer.session / "session.toml").write_text(f'[session]\nname = "{answer.session}"\n')
-        answer.write(suite.answer(answer.session))
+        write_record(suite.answer(answer.session), answer)
     return suite
 
 
@@ -39,9 +35,8 @@ def shortened(plan: SessionPlan, seconds: float = 2.0) -> SessionPlan:
     return replace(plan, recorded=replace(whole, fit_hz=fit_hz, holdout_hz=holdout_hz, seconds=seconds, **_NO_BENCH))
 
 
-def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
+def says_slack(session: Path, without: frozenset[str]) -> None:
     """A program that finds slack tendons everywhere, as long as it knows of them; it keeps a count of its runs."""
-    assert discrepancy.directions.shape == (127, 127)
     named = "tendon_slack" not in without
     reported = {
         "verdict": "named" if named else "unexplained",

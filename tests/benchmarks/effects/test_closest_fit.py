@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.effects.closest_fit import closest_fit_of
+from benchmarks.effects.rows import closest_fit_of
 from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made
 

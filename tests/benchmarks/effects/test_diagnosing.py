@@ -4,17 +4,15 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from benchmarks.cases import Run
 from benchmarks.effects.diagnosing import diagnose, diagnose_suite, diagnose_without, program_of
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.score import measures_without
-from benchmarks.effects.scoring import score_all, score_suite, score_without
+from benchmarks.effects.scoring import score_suite, score_without, scores_of
 from benchmarks.scores import Scores
 from calib.options import Options
-from diagnosis.discrepancy import Discrepancy
 from swimcal.errors import InputError
 from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front
@@ -29,10 +27,10 @@ def suite(tmp_path: Path) -> SuiteFolder:
     return suite_in(tmp_path)
 
 
-def fails_on_the_third(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
+def fails_on_the_third(session: Path, without: frozenset[str]) -> None:
     if session.name == NAMES[2]:
         raise KeyError("a marker")
-    says_slack(session, discrepancy, without)
+    says_slack(session, without)
 
 
 @pytest.mark.parametrize("workers", [1, *later(2)])
@@ -46,7 +44,7 @@ def test_what_fails_is_told_and_tried_again_and_stops_no_other(suite: SuiteFolde
     failures = diagnose_suite(suite, fails_on_the_third, ALONE)
     assert [failure.name for failure in failures] == [NAMES[2]]
     assert failures[0].message == "KeyError: 'a marker'"
-    with pytest.raises(InputError, match=NAMES[2]):
+    with pytest.raises(InputError, match="1 of 4 are missing"):
         score_suite(suite)
     assert diagnose_suite(suite, says_slack, ALONE) == ()
     assert runs(suite.sessions) == dict.fromkeys(NAMES, 1)
@@ -84,14 +82,14 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
     }
     seconds = [case.diagnosis.seconds for case in score_suite(suite)]  # measured, as the program does not tell
     assert all(each is not None and 0.0 <= each < 10.0 for each in seconds)
-    assert "Without the effect that is there" in score_all(suite).scores("").text()
+    assert "Without the effect that is there" in scores_of(score_suite(suite), score_without(suite), "").text()
 
 
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
-    diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), ALONE)
+    diagnose_suite(suite, lambda session, _: says_slack(session, frozenset({"wave_drag"})), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
         score_suite(suite)
-    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), ALONE)
+    diagnose_without(suite, lambda session, _: says_slack(session, frozenset()), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
         score_without(suite)
 
@@ -103,30 +101,27 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
     monkeypatch.setattr(SuiteFolder, "true", opened)
     with pytest.raises(InputError, match=rf"{len(NAMES)} of {len(NAMES)} are missing.*--part diagnose"):
         diagnose_without(suite, says_slack, ALONE)
-    with pytest.raises(InputError, match=r"diagnosis\.json"):
-        score_suite(suite)
     with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
-        score_all(suite)
+        score_suite(suite)
     assert not suite.without.exists()
 
 
 def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
     suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[tuple[Path, str, frozenset[str], Discrepancy]] = []
+    asked: list[tuple[Path, str, frozenset[str]]] = []
 
     class Recorded:
         def __init__(self, session: Path, options: Options) -> None:
             self.session, self.effort = session, options.effort
 
-        def diagnosis(self, without: frozenset[str], discrepancy: Discrepancy) -> None:
-            asked.append((self.session, self.effort, without, discrepancy))
+        def diagnosis(self, without: frozenset[str]) -> None:
+            asked.append((self.session, self.effort, without))
 
     monkeypatch.setattr("benchmarks.effects.diagnosing.open_session", lambda folder: folder)
     monkeypatch.setattr("benchmarks.effects.diagnosing.Pipeline", Recorded)
-    diagnose(suite.sessions / NAMES[0], reported := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
-    assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
-    assert asked[0][3] is reported
+    diagnose(suite.sessions / NAMES[0], frozenset({"wave_drag"}))
+    assert asked == [(suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))]
 
 
 def program_that_says(reported: str, folder: Path) -> str:

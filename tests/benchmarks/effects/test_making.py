@@ -11,8 +11,7 @@ import pytest
 
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer
-from benchmarks.effects.generators import GENERATORS
-from benchmarks.effects.making import Making
+from benchmarks.effects.making import GENERATORS, Making
 from benchmarks.effects.suite import Recorded, SessionPlan
 from diagnosis.discrepancy import Discrepancy
 from swimcal.effects.catalogue import catalogue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -30,40 +30,37 @@ def filming(name: str, strength: float) -> Filming[tuple[DrawnWorld, Seen, Seen]
     return drawn, (yield from drawn.recorded()), (yield from drawn.recorded(mechanisms))
 
 
-@pytest.mark.long
-def test_the_true_effect_shrinks_most_of_the_gap_and_another_next_to_nothing() -> None:
-    ((drawn, base, bent),) = film_together([filming(TRUE, 2.0)])
+@lru_cache
+def seen(name: str, strength: float) -> tuple[SessionRows, SessionRows, Seen, Seen]:
+    """Rows of fitted and held-out swims, and all swims without and with an effect of reality."""
+    ((drawn, base, changed),) = film_together([filming(name, strength)])
     known = discrepancy_for(FISHSIM_MARKERS, load_robot())
     fitted = SessionRows.of(drawn, base, known)
-    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
-    true, other = (oracle_shrinkage([catalogue()[name]], fitted, held, bent) for name in (TRUE, OTHER))
-    assert true is not None
-    assert other is not None
-    assert 0.7 < true < 1.0
-    assert other < 0.3
-    nothing = {name: replace(recording) for name, recording in base.items()}
-    assert oracle_shrinkage([catalogue()[TRUE]], fitted, held, nothing) is None
+    return fitted, SessionRows.of(drawn, base, known, "holdout", fitted.coefficients), base, changed
+
+
+def shrunk(name: str, strength: float, by: str) -> float:
+    fitted, held, _, changed = seen(name, strength)
+    found = oracle_shrinkage([catalogue()[by]], fitted, held, changed)
+    assert found is not None
+    return found
+
+
+@pytest.mark.long
+def test_the_true_effect_shrinks_most_of_the_gap_and_another_next_to_nothing() -> None:
+    assert 0.7 < shrunk(TRUE, 2.0, TRUE) < 1.0
+    assert shrunk(TRUE, 2.0, OTHER) < 0.3
+    fitted, held, base, _ = seen(TRUE, 2.0)
+    assert oracle_shrinkage([catalogue()[TRUE]], fitted, held, base) is None
 
 
 @pytest.mark.long
 def test_what_shows_in_how_markers_slide_counts_as_a_diagnosis_counts_it() -> None:
     """A bent lens makes markers slide, which its form follows; of beats alone it would make the gap larger."""
-    ((drawn, base, bent),) = film_together([filming("lens_distortion", 1.0)])
-    known = discrepancy_for(FISHSIM_MARKERS, load_robot())
-    fitted = SessionRows.of(drawn, base, known)
-    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
-    reported = oracle_shrinkage([catalogue()["lens_distortion"]], fitted, held, bent)
-    assert reported is not None
-    assert reported > 0.5
+    assert shrunk("lens_distortion", 1.0, "lens_distortion") > 0.5
 
 
 @pytest.mark.long
 def test_how_markers_are_glued_in_every_session_is_not_what_a_form_that_moves_markers_is_asked_for() -> None:
     """Less than they are off in the base state: what is fitted to both would be worse than nothing."""
-    ((drawn, base, moved),) = film_together([filming("marker_offset", 0.15)])
-    known, effects = discrepancy_for(FISHSIM_MARKERS, load_robot()), [catalogue()["marker_offset"]]
-    fitted = SessionRows.of(drawn, base, known)
-    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
-    reported = oracle_shrinkage(effects, fitted, held, moved)
-    assert reported is not None
-    assert reported > 0.6
+    assert shrunk("marker_offset", 0.15, "marker_offset") > 0.6

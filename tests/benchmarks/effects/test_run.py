@@ -1,23 +1,17 @@
-"""A suite is made once, whoever makes it, and also when a worker is killed over it."""
+"""A suite is made once, in parts and after an interruption."""
 
-import os
-import signal
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from distributed import LocalCluster
 
-from benchmarks.cases import Failure, Run
+from benchmarks.cases import Failure, Run, write_record
 from benchmarks.effects import run
-from benchmarks.effects.discrepancy import save
 from benchmarks.effects.folder import Answer, SuiteFolder
-from benchmarks.effects.generators import GENERATORS, Generator
+from benchmarks.effects.making import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
-from diagnosis.discrepancy import Discrepancy
 from swimcal.errors import InputError
 from swimcal.results import write_whole
 from tests.benchmarks.effects.suites import shortened
@@ -38,49 +32,17 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "_TOGETHER", 1)  # and so two in a piece
 
 
-def empty_suite(folder: Path) -> SuiteFolder:
-    suite = SuiteFolder(folder)
-    save(Discrepancy.independent((2e-4) ** 2 * np.eye(127)), suite.folder / "discrepancy.npz", [0])
-    return suite
-
-
-def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
-    return {path.relative_to(suite.folder): path.read_bytes() for path in suite.sessions.rglob("*.csv*")}
-
-
-@pytest.mark.long
-def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(tmp_path: Path) -> None:
-    suite, progress = empty_suite(tmp_path / "spread"), []
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-
-        def kill_one(_said: str, share: float | None) -> None:
-            if not progress:
-                os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
-            progress.append(share)
-
-        failures = make_suite(suite, 4, SIZE, Run(scheduler=cluster.scheduler_address, progress=kill_one))
-    assert failures == ()
-    assert sorted(progress) == progress
-    assert len(progress) == 3  # two sessions at a time
-    assert progress[-1] == 1.0
-    assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
-    assert suite.true() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
-    alone = empty_suite(tmp_path / "alone")
-    assert make_suite(alone, 4, SIZE, ALONE) == ()
-    assert tracks(alone) == tracks(suite)
-
-
 @pytest.mark.long
 def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
     """Of what was being written when it broke off, nothing stays; what was made is not made again."""
-    suite, stopped = empty_suite(tmp_path), []
+    suite, stopped = SuiteFolder(tmp_path), []
 
     def stop(_said: str, _share: float | None) -> None:
         stopped.append(True)
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make_suite(suite, 4, SIZE, Run(1, progress=stop))
+        make_suite(suite, 4, SIZE, Run(1, stop))
     made = {path.parent: path.stat().st_ino for path in suite.sessions.glob("*/session.toml")}
     unfinished = next(name for name in NAMES if suite.sessions / name not in made)
     (suite.sessions / unfinished / "trials").mkdir(parents=True)
@@ -101,11 +63,11 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
         for plan in plans:
             tried.append(plan.name)
             write_whole(suite.sessions / plan.name / "session.toml", b"")
-            Answer(plan.name, "null").write(suite.answer(plan.name))
+            write_record(suite.answer(plan.name), Answer(plan.name, "null"))
         return []
 
     monkeypatch.setattr(run, "_make_together", made)
-    suite = empty_suite(tmp_path)
+    suite = SuiteFolder(tmp_path)
     suite.answers.mkdir()
     assert make_suite(suite, 4, SIZE, ALONE, slice(1, None, 5)) == ()
     assert suite.names == tuple(tried) == (NAMES[1],)
@@ -118,12 +80,12 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 @pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])
 def test_what_is_no_suite_is_told(text: str) -> None:
-    with pytest.raises(ValueError, match="expected small, large, many, wake, or a part such as large:2/10"):
+    with pytest.raises(ValueError, match="expected small, large, wake, or a part such as large:2/10"):
         suite_named(text)
 
 
 def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
-    suite = empty_suite(tmp_path)
+    suite = SuiteFolder(tmp_path)
     (suite.sessions / "wffffffff").mkdir(parents=True)
     with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
         make_suite(suite, 4, SIZE, ALONE)

@@ -1,6 +1,5 @@
 """Scores of made-up diagnoses, counted by hand."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +13,10 @@ from benchmarks.effects.score import (
     calibration_error,
     error_by_chance,
     measures,
-    measures_together,
     of_kind,
     reachable,
 )
-from benchmarks.effects.scored_diagnosis import AllAtOnce, Diagnosis, Gap, Where
+from benchmarks.effects.scored_diagnosis import Diagnosis, Gap, Where
 from benchmarks.scores import Estimate
 
 NULL = Answer("n", "null")
@@ -82,7 +80,7 @@ def test_what_is_clear_is_counted_apart_next_to_what_can_be_reached() -> None:
     assert counted(found, "unexplained_clear", "unexplained_outside", "doubles_clear") == [(1, 1), (1, 2), (0, 1)]
     both = [Case(answer, found) for answer, found in cases]
     assert reachable(both, of_kind("outside")) == pytest.approx(0.75, abs=1e-3)
-    assert np.isnan(reachable(both, of_kind("many")))
+    assert np.isnan(reachable(both, of_kind("single")))
 
 
 def test_both_of_two_must_be_in_groups_of_their_own() -> None:
@@ -149,28 +147,3 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
     assert error.interval[0] <= error.value <= error.interval[1] < 0.15
     assert error.value < 0.05
     assert value(found, "of_suspects") == pytest.approx(0.8)
-
-
-def together(named: float | None, every: float | None, plain: float = 0.010) -> Diagnosis:
-    """With these errors of held-out speeds, m/s."""
-    gap = Gap(0.1, None, plain, named)
-    everything = None if every is None else AllAtOnce(Gap(0.3, None, plain, every))
-    return Diagnosis("named", () if named is None else (("tendon_slack",),), {}, gap=gap, everything=everything)
-
-
-def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> None:
-    many = Answer("m", "many", ("tendon_slack", "wave_drag"), detectability=3.3)
-    diagnoses: Sequence[Diagnosis] = (
-        together(0.004, 0.006),  # better than plain, worse than with the name
-        together(None, 0.012),  # worse than plain, which is all that there is without
-        together(0.011, 0.002),
-        together(0.003, None),
-    )
-    found = measures_together([Case(NULL, Diagnosis("no_gap", (), {})), *(Case(many, each) for each in diagnoses)])
-    assert counted(found, "called_for_null", "called_for_many") == [(0, 1), (3, 4)]
-    assert counted(found, "nearer_than_plain", "nearer_than_names alone") == [(2, 3), (1, 3)]
-    errors = [value(found, f"error_{label}") for label in ("plain", "names alone", "all at once")]
-    assert errors == pytest.approx([10.0, 10.0, 6.0])
-    assert value(found, "shrinkage") == pytest.approx(0.3)
-    blank = measures_together([Case(many, Diagnosis("unexplained", (), {}, everything=AllAtOnce()))])
-    assert "nearer_than_plain" not in blank  # no held-out swim counts: no comparison

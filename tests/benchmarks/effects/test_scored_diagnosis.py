@@ -76,10 +76,3 @@ def test_a_record_of_it_comes_back(tmp_path: Path) -> None:
     for changes in ({}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None}):
         reported = read_diagnosis(written(tmp_path, **changes))
         assert from_plain(Diagnosis, json.loads(json.dumps(to_plain(reported)))) == reported
-
-
-def test_a_diagnosis_by_a_catalogue_that_lacks_something_is_no_diagnosis_by_the_whole(tmp_path: Path) -> None:
-    path = written(tmp_path, withheld_from_catalogue=["wave_drag"])
-    with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
-        read_diagnosis(path)
-    assert read_diagnosis(path, frozenset({"wave_drag"})).first == "scale_error"

@@ -9,13 +9,13 @@ import pytest
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer, SuiteFolder
-from benchmarks.effects.generators import GENERATORS
-from benchmarks.effects.making import Making, write_session
+from benchmarks.effects.making import GENERATORS, Making, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
-from diagnosis.discrepancy import Discrepancy
+from diagnosis.discrepancy import discrepancy_for
 from swimcal import robot as of_robots
+from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import load_robot
 from swimcal.session import load_session
@@ -96,7 +96,7 @@ def test_the_seed_gives_this_answer(answers: dict[str, Answer], tmp_path: Path) 
     """Of the clear effect whose session is made fastest: whoever changes severities or the oracle has to ship anew."""
     clear = [plan for plan in PLANS.values() if plan.kind == "single" and answers[plan.name].detectability > 4.5]
     plan = min(clear, key=lambda each: len((*each.recorded.fit_hz, *each.recorded.holdout_hz)))
-    making = Making(GENERATORS["reality"], Discrepancy.load(SUITE.discrepancy), catalogue())
+    making = Making(GENERATORS["reality"], discrepancy_for(FISHSIM_MARKERS, load_robot()), catalogue())
     (made,) = film_together([making.make(plan, tmp_path)])
     shipped = answers[plan.name]
     assert made.strengths == pytest.approx(shipped.strengths, rel=5e-3)

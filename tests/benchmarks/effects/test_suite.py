@@ -37,16 +37,6 @@ def test_the_two_of_a_double_differ(large: tuple[SessionPlan, ...]) -> None:
     assert all(len(set(plan.effects)) == 2 for plan in large if plan.kind == "double")
 
 
-def test_a_suite_of_many_has_several_small_effects_in_most_sessions() -> None:
-    size = SIZES["many"]
-    plans = plan_suite(1, size, CATALOGUED, OUTSIDE)
-    assert Counter(plan.kind for plan in plans) == {"null": 6, "many": 18}
-    several = [plan for plan in plans if plan.kind == "many"]
-    assert {len(set(plan.effects)) for plan in several} == {size.at_once}
-    assert {plan.detectability for plan in several} == {size.asked}
-    assert len({plan.effects for plan in several}) == len(several)
-
-
 def test_every_session_can_be_fitted_and_scored(large: tuple[SessionPlan, ...]) -> None:
     for plan in large:
         recorded = plan.recorded

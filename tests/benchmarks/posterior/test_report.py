@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.cases import Failure, Run, write_lines
+from benchmarks.cases import Failure, Run
 from benchmarks.posterior import report
 from benchmarks.posterior.report import PosteriorOutcome, holm, measure_posterior, uniform_p
 from benchmarks.posterior.score import PosteriorScore
@@ -65,18 +65,10 @@ def test_shards_add_up_and_what_failed_is_tried_again(tmp_path: Path, scored: li
     np.testing.assert_equal(vars(outcome.sessions[1]), vars(score(1)))
 
 
-def test_scores_of_other_code_are_made_anew_but_a_file_of_scores_is_judged(
-    tmp_path: Path, scored: list[int], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_of_scores_is_judged_and_nothing_is_run(tmp_path: Path, scored: list[int]) -> None:
     before = measure_posterior(tmp_path, range(2), ALONE)
-    write_lines(tmp_path / "scores.jsonl", before.sessions)
-    monkeypatch.setattr(report, "_compute_code", lambda: "changed")
-    outcome = measure_posterior(tmp_path, (), ALONE)
-    assert (outcome.sessions, outcome.others) == ((), 2)
-    assert "2 files in the folder are of other code" in outcome.scores("").text()
-    assert repr(measure_posterior(tmp_path / "scores.jsonl", (), ALONE).sessions) == repr(before.sessions)
-    measure_posterior(tmp_path, range(2), ALONE)
-    assert scored == [0, 1, 0, 1]
+    assert repr(measure_posterior(tmp_path / "sessions.jsonl", range(9), ALONE)) == repr(before)
+    assert scored == [0, 1]
 
 
 @pytest.mark.long

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.reality.camera import Camera
-from benchmarks.reality.noise import PixelNoise
+from benchmarks.reality.camera import Camera, PixelNoise
 
 
 def test_x_is_to_the_right_and_y_down_at_the_scale_of_the_plane():

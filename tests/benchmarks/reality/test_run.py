@@ -9,7 +9,7 @@ from benchmarks.reality.layout import lay_out
 from benchmarks.reality.mechanisms.fluid import BackgroundCurrent
 from benchmarks.reality.mechanisms.structure import JointFriction
 from benchmarks.reality.parameters import Parameters, nominal_parameters
-from benchmarks.reality.start import balanced_hinges
+from benchmarks.reality.run import balanced_hinges
 from benchmarks.reality.tendons import Turn
 from benchmarks.reality.world import prepared_parameters
 from swimcal.errors import SimulationDiverged

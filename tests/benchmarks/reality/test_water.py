@@ -7,8 +7,7 @@ import pytest
 
 from benchmarks.reality import Mechanism
 from benchmarks.reality.body import Chain
-from benchmarks.reality.fluid import Flow, Water
-from benchmarks.reality.reactive import ReactiveWater
+from benchmarks.reality.fluid import Flow, ReactiveWater, Water
 from swimcal.ebt import TailMotion
 from tests.benchmarks.reality.motions import COEFFICIENTS, fish, moving, roll, without_tendons
 from tests.swimcal.thrust import mean_thrust
