@@ -54,9 +54,9 @@ def test_recordings_do_not_depend_on_their_company():
 
 @pytest.mark.long
 def test_the_step_converges_with_second_order():
-    ends = [simulate([(BASE, SWIM)], step_s=h)[0].marker_m[-1] for h in (4e-3, 2e-3, 1e-3, 5e-4)]
+    ends = [simulate([(BASE, SWIM)], step_s=h)[0].marker_m[-1] for h in (2e-3, 1e-3, 5e-4, 2.5e-4)]
     errors = [np.abs(a - b).max() for a, b in pairwise(ends)]
-    assert errors[-1] < 2e-4
+    assert errors[-1] < 1e-5
     assert errors[0] / errors[1] > 3.0
     assert errors[1] / errors[2] > 3.0
 
