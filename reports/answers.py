@@ -28,7 +28,6 @@ from reports.words import (
     MORE_THAN_NOISE,
     compared_with_best,
     counted,
-    effect_size,
     gap_sentences,
     in_mm,
     in_words,
@@ -40,6 +39,7 @@ from reports.words import (
     sentence,
     share_of,
     shown,
+    sizes_sentence,
     spanned,
 )
 
@@ -395,7 +395,6 @@ def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
         chances["no gap at all"] = found.no_gap_probability
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
-    sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
     return WhatIsMissing(
         where=where,
         which=which,
@@ -403,7 +402,7 @@ def _what_is_missing(found: DiagnosisResult, misfit: bool) -> WhatIsMissing:
         chances=chances,
         named=named,
         groups=groups,
-        size=sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else "",
+        size=sizes_sentence(found),
         no_gap=found.verdict == "no_gap",
         misfit=misfit,
         more_is_missing=found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE,

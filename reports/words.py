@@ -247,6 +247,12 @@ def is_baseline(model: str) -> bool:
 # A diagnosis.
 
 
+def sizes_sentence(found: DiagnosisResult) -> str:
+    """Say how strong each fitted effect is, with 95 % intervals; an empty text where none was fitted."""
+    sizes = [f"{in_words(name)}: {effect_size(found.effect_parameters, name)}" for name in found.effect_parameters]
+    return sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else ""
+
+
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     """Write the three sentences, each after its question."""
     return where(found), which(found), f"How far: {how_far(found)}"

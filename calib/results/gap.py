@@ -43,6 +43,7 @@ from reports.words import (
     next_experiment,
     of_its_size,
     shown,
+    sizes_sentence,
     spanned,
 )
 from swimcal.flags import Flag
@@ -296,9 +297,12 @@ class GapResult(Result):
     def summary(self) -> str:
         """Summarise where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
         experiment = next_experiment(self.data) or "none of the known ones is expected to add information"
+        where, which, how_far = gap_sentences(self.data)
         return "\n".join(
             [
-                *gap_sentences(self.data),
+                where,
+                f"{which} {sizes_sentence(self.data)}".rstrip(),
+                how_far,
                 f"Main caveat: {main_caveat(self.data)}",
                 f"Next experiment: {experiment}.",
                 f"Verdict: {in_words(self.verdict)}. Next: {self.next_step}",
@@ -428,7 +432,7 @@ def main_caveat(data: DiagnosisResult) -> str:
         return f"{found[0]}{f' ({len(found) - 1} more: -v)' if len(found) > 1 else ''}"
     if not data.gap.evaluated_on:
         return "no trial is held out, so how far the gap shrinks is not known."
-    return "none was raised."
+    return "none of the diagnosis; `calib fit -v` lists those of the fit."
 
 
 def test_lines(data: EffectTestResult) -> list[str]:
