@@ -71,6 +71,10 @@ steps before and of some after, and half as many in each. They do in the real tr
 robot's length, markers all stand still together only where 0.3 change."""
 AROUND = 2
 """Number of these steps."""
+TURNS_BACK = -0.8
+"""Cosine between the steps before and after frames without motion, below which the tail turned back between them."""
+MOSTLY = 0.5
+"""Share of such turns from which frames without motion are those of a beat, not of a film of another rate."""
 ACROSS = 3
 """Frames before and after a stretch that stands still, through whose places parabolas are laid."""
 STOPPED = 1.5
@@ -313,12 +317,17 @@ def repeated_rows(position_px: np.ndarray) -> np.ndarray:
     """
     moved_px, same = _same_picture(position_px)
     often, single = np.zeros((2, len(same)), bool)
-    changed = _share_that_changes(position_px)
+    changed, back = _share_that_changes(position_px), []
     for first, last in stretches(same):
         sides = np.concatenate([moved_px[max(first - 2, 0) : first - 1], moved_px[last : last + 1]])
         often[first : last + 1] = last - first < LONGEST and sides.min(initial=np.inf) >= FROZEN_MOTION_PX
-        single[first : last + 1] = last - first + 2 < FROZEN_BETWEEN and _moves_around(changed, first, last)
-    return often if _are_many(often) else single
+        turns = first >= 2 and last + 1 < len(same) and _turns_back(position_px, first, last)
+        surely = _moves_around(changed, first, last) and not turns
+        single[first : last + 1] = last - first + 2 < FROZEN_BETWEEN and surely
+        if often[first]:
+            back.append(turns)
+    many = _are_many(often) and sum(back) < MOSTLY * len(back)
+    return often if many else single
 
 
 def repeat_flags(repeated: np.ndarray, position_px: np.ndarray) -> list[Flag]:
@@ -365,6 +374,20 @@ def _moves_around(changed: np.ndarray, first: int, last: int) -> bool:
     if not len(before) == len(after) == AROUND:
         return False
     return bool(min(before.mean(), after.mean()) >= CHANGING and min(*before, *after) >= CHANGING / 2)
+
+
+def _turns_back(position_px: np.ndarray, first: int, last: int) -> bool:
+    """Tell whether markers (n, m, 2) go back after frames in which they do not move.
+
+    Where a beat has few frames, two of them may show a tail on its way out and back at the same place.
+
+    Args:
+        position_px: where the markers are.
+        first: first frame in which they do not move; at least two come before.
+        last: last such frame; one more comes after.
+    """
+    before, after = (np.nan_to_num(position_px[end] - position_px[end - 1]).ravel() for end in (first - 1, last + 1))
+    return bool(before @ after < TURNS_BACK * np.linalg.norm(before) * np.linalg.norm(after))
 
 
 def _same_picture(position_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -71,6 +71,15 @@ def test_tracks_that_are_stored_at_a_higher_rate_lose_the_copies(every: int) -> 
     assert repeat_flags(repeated_rows(moving()), moving()) == []
 
 
+@pytest.mark.parametrize("amplitude_px", [1.0, 20.0])
+def test_a_beat_of_few_frames_that_turns_back_between_two_of_them_repeats_none(amplitude_px: float) -> None:
+    """At 3.3 frames a beat, every fifth frame shows the tail at the place of the one before."""
+    beat = amplitude_px * np.cos(2 * np.pi * 0.3 * (np.arange(60) - 0.5))
+    position = np.round(beat[:, None, None] * np.array([0.6, 0.8]) + np.arange(3)[None, :, None] * 50.0, 6)
+    assert (np.diff(position, axis=0) == 0).all(axis=(1, 2)).sum() == 12
+    assert not repeated_rows(position).any()
+
+
 def test_a_robot_that_slows_to_a_rest_is_not_frozen() -> None:
     position = 100 * np.exp(-np.arange(80) / 5.0)[:, None, None] + np.zeros((80, 3, 2))
     assert not frozen_picture(np.round(2 * position) / 2).any()
