@@ -20,7 +20,6 @@ from threadpoolctl import threadpool_limits
 
 from diagnosis.constants import (
     ADEQUATE,
-    CALM,
     ENOUGH,
     FORM_ERROR,
     FORM_ERROR_OF_CHANGE,
@@ -33,7 +32,7 @@ from diagnosis.constants import (
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
-from diagnosis.hypotheses import Assumed, Probabilities, average_hypotheses, error_sizes
+from diagnosis.hypotheses import Assumed, AveragedHypotheses, Probabilities, average_hypotheses, error_sizes
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
 from diagnosis.reference import Comparison, weigh_refits
@@ -92,7 +91,7 @@ class WeighedEvidence(NamedTuple):
         hypotheses: all hypotheses of the residual.
         probabilities: their probabilities.
         decays_left_out: names of free decays that do not count, and why.
-        assumptions: the linearised model under all that was assumed.
+        usual: the same hypotheses beside the usual error of the twin, where a smaller one is likelier; else None.
         reference: what it is compared with; None without a reference session.
     """
 
@@ -103,25 +102,16 @@ class WeighedEvidence(NamedTuple):
     hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
-    assumptions: tuple[Assumed, ...] = ()
+    usual: AveragedHypotheses | None = None
     reference: ComparedWith | None = None
 
     @property
-    def is_calm(self) -> bool:
-        """Whether the likeliest error of the twin is so small that no unknown effect was weighed beside it."""
-        return self.reference is None and self.linear.error < CALM
-
-    def without_calm(self, priors: Priors) -> "WeighedEvidence":
-        """Return the evidence where the twin's own error has its usual size, beside which unknown effects may act.
-
-        Args:
-            priors: prior probabilities.
-        """
-        usual = tuple(each for each in self.assumptions if each.linear.error >= CALM)
-        found = average_hypotheses(usual, self.signatures, priors, self.elsewhere)
-        return self._replace(
-            linear=found.linear, hypotheses=found.hypotheses, probabilities=found.probabilities, assumptions=usual
-        )
+    def beside_usual_error(self) -> "WeighedEvidence":
+        """The evidence where the twin's own error has its usual size, beside which unknown effects may act."""
+        if self.usual is None:
+            return self
+        linear, hypotheses, probabilities, _ = self.usual
+        return self._replace(linear=linear, hypotheses=hypotheses, probabilities=probabilities, usual=None)
 
     @property
     def placed(self) -> Sequence[LocalDiscrepancy]:
@@ -181,6 +171,8 @@ def diagnose(
     """
     weigh = _weigh if data.reference is None else _weigh_change
     weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
+    if verdict_of(weighed.probabilities) == verdict_of(weighed.beside_usual_error.probabilities):
+        weighed = weighed.beside_usual_error  # whose refits forecast better
     refits, tell_refit = count(), part_of(tell, 0.6, 0.8)  # their number is not known in advance
 
     def refitting(names: Sequence[str]) -> Refit:
@@ -190,8 +182,8 @@ def diagnose(
 
     naming = _name_effects if data.reference is None else _name_change
     said = naming(weighed, refitting, settings, len(effects))
-    if said.verdict.name == "unexplained" and weighed.is_calm:  # only effects of the catalogue were weighed
-        weighed = weighed.without_calm(settings.priors)
+    if said.verdict.name == "unexplained" and weighed.usual is not None:  # beside it no unknown effect was weighed
+        weighed = weighed.beside_usual_error
         said = naming(weighed, refitting, settings, len(effects))
     doubted = data.doubted
     if doubted and said.verdict.effects:
@@ -298,7 +290,7 @@ def _weighed(
         found.hypotheses,
         found.probabilities,
         data.rings.left_out,
-        tuple(assumptions),
+        found.usual,
     )
 
 

@@ -251,12 +251,16 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
 class AveragedHypotheses(NamedTuple):
     """Hypotheses with their probabilities, averaged over assumptions such as the size of the twin's own discrepancy.
 
-    The linearised model and the hypotheses are those under the likeliest.
+    Attributes:
+        linear, hypotheses: the linearised model and the hypotheses under the likeliest assumption.
+        probabilities: the averaged probabilities.
+        usual: the same over assumptions beside which an unknown effect may act; None where the likeliest is one.
     """
 
     linear: LinearModel
     hypotheses: Hypotheses
     probabilities: Probabilities
+    usual: "AveragedHypotheses | None" = None
 
 
 class Assumed(NamedTuple):
@@ -314,15 +318,35 @@ def average_hypotheses(
     found = []
     for log_prior, here, unknown in assumptions:
         hypotheses = _hypotheses(here, signatures, priors, places)
-        weighed = HypothesisWeights.of(hypotheses, unknown=unknown)
-        assumed = log_prior + here.space.log_volume
-        found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
-    _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
-    probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
+        weights = HypothesisWeights.of(hypotheses, unknown=unknown)
+        found.append(_Weighed(log_prior + here.space.log_volume, here, hypotheses, weights, unknown))
+    averaged = _averaged(found)
+    usual = [each for each in found if each.unknown]
+    return averaged._replace(usual=_averaged(usual)) if not max(found, key=_Weighed.total).unknown else averaged
+
+
+class _Weighed(NamedTuple):
+    """Hypotheses under one assumption: its log weight, the model, the hypotheses, their weights, and its `unknown`."""
+
+    log_weight: float
+    linear: LinearModel
+    hypotheses: Hypotheses
+    weights: HypothesisWeights
+    unknown: bool
+
+    def total(self) -> float:
+        """Return the log weight of the assumption with all its hypotheses."""
+        return self.log_weight + float(logsumexp(list(self.weights.logs.values())))
+
+
+def _averaged(found: Sequence[_Weighed]) -> AveragedHypotheses:
+    likeliest = max(found, key=_Weighed.total)
+    linear, hypotheses = likeliest.linear, likeliest.hypotheses
+    probabilities = posterior([(each.log_weight, each.weights) for each in found], hypotheses)
     most = max(probabilities.of, key=lambda key: probabilities.of[key])
-    may_mix = most.other and len(priors.number) > MOST_EFFECTS
-    needed = needed_in_mixture(likeliest, hypotheses, most.present) if may_mix else ()
-    return AveragedHypotheses(likeliest, hypotheses, probabilities.with_needed(needed))
+    may_mix = most.other and len(hypotheses.priors.number) > MOST_EFFECTS
+    needed = needed_in_mixture(linear, hypotheses, most.present) if may_mix else ()
+    return AveragedHypotheses(linear, hypotheses, probabilities.with_needed(needed))
 
 
 def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
