@@ -169,6 +169,8 @@ def diagnose(
         SimulationDiverged: the plain twin diverged.
         NotEnoughData: there is no fitted swim.
     """
+    if data.reference is None and all(trial.logged_hz is None for trial in data.of_role(fitted=True)):
+        effects = {name: effect for name, effect in effects.items() if not effect.needs_log}
     weigh = _weigh if data.reference is None else _weigh_change
     weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
     if verdict_of(weighed.probabilities) == verdict_of(weighed.beside_usual_error.probabilities):

@@ -292,7 +292,7 @@ def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Pr
     return tuple(
         Assumed(
             float(np.log(chance * LAUNCHES[launch])),
-            linear.with_error(size, common * (size if size == min(SCALES) else 1.0), launch),
+            linear.with_error(size, common, launch),
             unknown=size >= CALM,
         )
         for launch, weight in launches.items()

@@ -359,7 +359,7 @@ class EffectTest(Result):
         >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)
         >>> print(found.summary())
         Tested: camera parallax.
-        Log Bayes factor over the plain twin: -1.2 (above 0: the fit trials support it)...
+        Log Bayes factor over the plain twin: -1.2 (below 0: the fit trials speak against it)...
     """
 
     key = "test"
@@ -437,9 +437,10 @@ def main_caveat(data: DiagnosisResult) -> str:
 
 def test_lines(data: EffectTestResult) -> list[str]:
     """Format the evidence for each tested effect and for all together; then the gap without and with them."""
+    says = "above 0: the fit trials support" if data.log_bayes_factor > 0 else "below 0: the fit trials speak against"
     lines = [
         f"Tested: {', '.join(plain(name) for name in data.effects)}.",
-        f"Log Bayes factor over the plain twin: {data.log_bayes_factor:.1f} (above 0: the fit trials support "
+        f"Log Bayes factor over the plain twin: {data.log_bayes_factor:.1f} ({says} "
         f"{'it' if len(data.effects) == 1 else 'them'}).",
         "",
         f"{'effect':28} {'ln factor':>11}  fitted",

@@ -207,6 +207,7 @@ class MotorStartDelay(DriveEffect):
     name = "motor_start_delay"
     physics = "Between the first frame and the motor's start are the host's and the bus's delay and the speed ramp."
     source = "Kinematics: a turn made later."
+    needs_log = True
     parameters = (Parameter("delay", "s", 0.0, 1.0, 0.05),)
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:

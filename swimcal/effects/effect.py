@@ -255,6 +255,7 @@ class Effect(ABC):
         physics: one line.
         source: paper, equation or law.
         seen_in: kinds of trials that can show it.
+        needs_log: whether nothing but a motor log shows it; without one a diagnosis does not look for it.
         parameters: of which at least one is not zero where the effect is present.
 
     Example:
@@ -277,6 +278,7 @@ class Effect(ABC):
     physics: ClassVar[str]
     source: ClassVar[str]
     seen_in: ClassVar[frozenset[TrialKind]]
+    needs_log: ClassVar[bool] = False
     parameters: tuple[Parameter, ...]
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> "Effect":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from diagnosis.sentences import which
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 from swimcal.results import Provenance
 from swimcal.runs import CrankTurn
@@ -80,6 +82,24 @@ def test_cranks_turn_as_logged_and_threads_are_not_looked_at(monkeypatch: pytest
     with threadpool_limits(2), pytest.raises(Looked) as looked:
         diagnose(replace(data(), trials=logged), EFFECTS)
     assert looked.value.args == ([even] * len(logged), {1})
+
+
+@pytest.mark.parametrize("logged", [False, True])
+def test_what_only_a_motor_log_shows_is_not_looked_for_without_one(
+    logged: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Looked(Exception):
+        pass
+
+    def look(_linear: object, effects: Mapping[str, Effect], _tell: object) -> None:
+        raise Looked(set(effects))
+
+    monkeypatch.setattr("diagnosis.diagnose._signatures", look)
+    swims = [replace(trial, logged_hz=trial.frequency.hz if logged else None) for trial in trials()]
+    with pytest.raises(Looked) as looked:
+        diagnose(replace(data(), trials=swims), catalogue())
+    assert ("motor_start_delay" in looked.value.args[0]) == logged
+    assert "drive_ratio_error" in looked.value.args[0]
 
 
 @pytest.mark.long
