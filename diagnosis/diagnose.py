@@ -173,20 +173,7 @@ def diagnose(
         effects = {name: effect for name, effect in effects.items() if not effect.needs_log}
     weigh = _weigh if data.reference is None else _weigh_change
     weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
-    if verdict_of(weighed.probabilities) == verdict_of(weighed.beside_usual_error.probabilities):
-        weighed = weighed.beside_usual_error  # whose refits forecast better
-    refits, tell_refit = count(), part_of(tell, 0.6, 0.8)  # their number is not known in advance
-
-    def refitting(names: Sequence[str]) -> Refit:
-        chosen = [effects[name] for name in names]
-        tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
-        return refit_effects(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
-
-    naming = _name_effects if data.reference is None else _name_change
-    said = naming(weighed, refitting, settings, len(effects))
-    if said.verdict.name == "unexplained" and weighed.usual is not None:  # beside it no unknown effect was weighed
-        weighed = weighed.beside_usual_error
-        said = naming(weighed, refitting, settings, len(effects))
+    weighed, said, refitting = _named(weighed, effects, settings, part_of(tell, 0.6, 0.8))
     doubted = data.doubted
     if doubted and said.verdict.effects:
         if said.best is not None and data.reference is None:
@@ -223,6 +210,31 @@ def diagnose(
         ),
         doubted=doubted,
     )
+
+
+def _named(
+    weighed: WeighedEvidence, effects: Mapping[str, Effect], settings: Settings, tell: Progress
+) -> tuple[WeighedEvidence, Validated, Refitting]:
+    """Return the verdict, the evidence that it rests on, and how the twin is refitted with effects there.
+
+    Beside a small error of the twin no unknown effect was weighed, and refits forecast worse. So the usual error counts
+    where the same names stand beside it, or where none does beside the small one.
+    """
+    naming, refits = _name_effects if weighed.reference is None else _name_change, count()
+
+    def named(of: WeighedEvidence) -> tuple[WeighedEvidence, Validated, Refitting]:
+        def refitting(names: Sequence[str]) -> Refit:
+            chosen = [effects[name] for name in names]
+            tell(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
+            return refit_effects(of.linear, of.hypotheses, chosen, _ROUNDS[settings.effort])
+
+        return of, naming(of, refitting, settings, len(effects)), refitting
+
+    found = named(weighed)
+    if weighed.usual is None:
+        return found
+    usual = named(weighed.beside_usual_error)
+    return usual if found[1].verdict in (usual[1].verdict, Verdict("unexplained", ())) else found
 
 
 def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[GapComponent, np.ndarray]]:

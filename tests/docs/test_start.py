@@ -26,7 +26,7 @@ def test_the_demo_prints_what_the_first_page_quotes(tmp_path: Path) -> None:
 
     said = {line.partition(":")[0]: line for line in calib.run(folder, "quick", progress=False).summary().splitlines()}
 
-    assert len(quoted()) == 6
+    assert len(quoted()) == 7
     for line in quoted():
         own = said[line.partition(":")[0]]
         assert NUMBER.split(own)[: len(NUMBER.split(line)) - 1] == NUMBER.split(line)[:-1]
