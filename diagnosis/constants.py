@@ -60,12 +60,12 @@ NEEDED = 7.0
 """Log Bayes factor from which such a mixture needs one of its effects. Development."""
 PLACED = 0.5
 """Probability from which a place is reported: more likely than not."""
-CALM = 0.7
-"""Size of the twin's own error, relative to most sessions, below which no unknown effect is weighed beside it.
+USUAL_ERROR = 0.7
+"""Least size of the twin's own error, relative to most sessions, beside which an unknown effect is weighed.
 
-It would be that error; with one, a false name was sure. Development.
+Beside a smaller one it would be that error: with it, a false name was sure. Development.
 """
-SCALES = {0.3: 0.1, CALM: 0.27, 1.0: 0.4, 1.4: 0.16, 2.0: 0.07}
+SCALES = {0.3: 0.1, USUAL_ERROR: 0.27, 1.0: 0.4, 1.4: 0.16, 2.0: 0.07}
 """Prior probabilities of that size.
 
 As in base sessions of the benchmark, with larger and smaller ones taken to be somewhat likelier than there. What all

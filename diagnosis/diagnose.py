@@ -173,7 +173,7 @@ def diagnose(
         effects = {name: effect for name, effect in effects.items() if not effect.needs_log}
     weigh = _weigh if data.reference is None else _weigh_change
     weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
-    weighed, said, refitting = _named(weighed, effects, settings, part_of(tell, 0.6, 0.8))
+    weighed, said, refitting = _name_beside_likelier_error(weighed, effects, settings, part_of(tell, 0.6, 0.8))
     doubted = data.doubted
     if doubted and said.verdict.effects:
         if said.best is not None and data.reference is None:
@@ -185,9 +185,8 @@ def diagnose(
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.8)
     gap = swims.gap(best)
-    if gap.grows:
-        said = without_refuted(said, gap, weighed.hypotheses, refitting)
-        best = said.best
+    if gap.grows and (left := without_refuted(said, gap, weighed.hypotheses, refitting)) is not said:
+        said, best = left, left.best
         gap = swims.gap(best)
     tell("what to do next", 0.87)
     adequate = adequacy(weighed, best)
@@ -212,17 +211,17 @@ def diagnose(
     )
 
 
-def _named(
+def _name_beside_likelier_error(
     weighed: WeighedEvidence, effects: Mapping[str, Effect], settings: Settings, tell: Progress
 ) -> tuple[WeighedEvidence, Validated, Refitting]:
-    """Return the verdict, the evidence that it rests on, and how the twin is refitted with effects there.
+    """Return the evidence that counts, the verdict on it, and how the twin is refitted with effects there.
 
     Beside a small error of the twin no unknown effect was weighed, and refits forecast worse. So the usual error counts
     where the same names stand beside it, or where none does beside the small one.
     """
     naming, refits = _name_effects if weighed.reference is None else _name_change, count()
 
-    def named(of: WeighedEvidence) -> tuple[WeighedEvidence, Validated, Refitting]:
+    def judge(of: WeighedEvidence) -> tuple[WeighedEvidence, Validated, Refitting]:
         def refitting(names: Sequence[str]) -> Refit:
             chosen = [effects[name] for name in names]
             tell(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
@@ -230,11 +229,12 @@ def _named(
 
         return of, naming(of, refitting, settings, len(effects)), refitting
 
-    found = named(weighed)
+    found = judge(weighed)
     if weighed.usual is None:
         return found
-    usual = named(weighed.beside_usual_error)
-    return usual if found[1].verdict in (usual[1].verdict, Verdict("unexplained", ())) else found
+    usual = judge(weighed.beside_usual_error)
+    here, there = found[1].verdict, usual[1].verdict
+    return usual if here.name == "unexplained" or here == there else found
 
 
 def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[GapComponent, np.ndarray]]:

@@ -235,7 +235,8 @@ class HeldOut:
                     held_out.whitened_swims(residual_drawn(held_out, best, residual[1], _DRAWS, seed)),
                 )
             skill = skill_score(plain, scored, trial_of, seed, drawn)
-            without = skill_score(scored, plain, trial_of, seed, drawn and drawn[::-1]).interval
+            other_way = None if drawn is None else (drawn[1], drawn[0])
+            without = skill_score(scored, plain, trial_of, seed, other_way).interval
         hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)

@@ -15,7 +15,6 @@ from scipy.special import logsumexp
 
 from diagnosis.constants import (
     AT_PLACES,
-    CALM,
     GROWN,
     LAUNCHES,
     MIXED,
@@ -24,6 +23,7 @@ from diagnosis.constants import (
     PAIRED,
     SCALES,
     UNLIKELY,
+    USUAL_ERROR,
 )
 from diagnosis.effect_response import EffectResponse, effect_responses
 from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
@@ -293,7 +293,7 @@ def error_sizes(linear: LinearModel, signatures: Sequence[Signature], priors: Pr
         Assumed(
             float(np.log(chance * LAUNCHES[launch])),
             linear.with_error(size, common, launch),
-            unknown=size >= CALM,
+            unknown=size >= USUAL_ERROR,
         )
         for launch, weight in launches.items()
         if weight > least
@@ -315,33 +315,46 @@ def average_hypotheses(
         priors: prior probabilities.
         places: unknown effects at one place.
     """
-    found = []
-    for log_prior, here, unknown in assumptions:
-        hypotheses = _hypotheses(here, signatures, priors, places)
-        weights = HypothesisWeights.of(hypotheses, unknown=unknown)
-        found.append(_Weighed(log_prior + here.space.log_volume, here, hypotheses, weights, unknown))
-    averaged = _averaged(found)
-    usual = [each for each in found if each.unknown]
-    return averaged._replace(usual=_averaged(usual)) if not max(found, key=_Weighed.total).unknown else averaged
+    found = [_WeighedAssumption.of(each, signatures, priors, places) for each in assumptions]
+    averaged, usual = _average(found), [each for each in found if each.assumed.unknown]
+    if not usual or max(found, key=_WeighedAssumption.total).assumed.unknown:
+        return averaged
+    return averaged._replace(usual=_average(usual))
 
 
-class _Weighed(NamedTuple):
-    """Hypotheses under one assumption: its log weight, the model, the hypotheses, their weights, and its `unknown`."""
+class _WeighedAssumption(NamedTuple):
+    """An assumption, and the hypotheses under it with their weights."""
 
-    log_weight: float
-    linear: LinearModel
+    assumed: Assumed
     hypotheses: Hypotheses
     weights: HypothesisWeights
-    unknown: bool
+
+    @classmethod
+    def of(
+        cls,
+        assumed: Assumed,
+        signatures: Sequence[Signature],
+        priors: Priors,
+        places: Sequence[LocalDiscrepancy],
+    ) -> "_WeighedAssumption":
+        """Weigh all hypotheses under an assumption."""
+        hypotheses = _hypotheses(assumed.linear, signatures, priors, places)
+        return cls(assumed, hypotheses, HypothesisWeights.of(hypotheses, unknown=assumed.unknown))
+
+    @property
+    def log_weight(self) -> float:
+        """Log of its prior probability and of the volume of its noise: what all of its hypotheses share."""
+        return self.assumed.log_prior + self.assumed.linear.space.log_volume
 
     def total(self) -> float:
         """Return the log weight of the assumption with all its hypotheses."""
         return self.log_weight + float(logsumexp(list(self.weights.logs.values())))
 
 
-def _averaged(found: Sequence[_Weighed]) -> AveragedHypotheses:
-    likeliest = max(found, key=_Weighed.total)
-    linear, hypotheses = likeliest.linear, likeliest.hypotheses
+def _average(found: Sequence[_WeighedAssumption]) -> AveragedHypotheses:
+    """Average over assumptions; model and hypotheses are those under the likeliest."""
+    likeliest = max(found, key=_WeighedAssumption.total)
+    linear, hypotheses = likeliest.assumed.linear, likeliest.hypotheses
     probabilities = posterior([(each.log_weight, each.weights) for each in found], hypotheses)
     most = max(probabilities.of, key=lambda key: probabilities.of[key])
     may_mix = most.other and len(hypotheses.priors.number) > MOST_EFFECTS

@@ -99,7 +99,8 @@ class Grey:
         Brightness is chosen if it separates them all: it is sharper, and costs nothing. Where neither it nor colour
         does, a marker may stand out by either.
         """
-        margin, share = _margins(frame.luma, centre_px, side_px).min(axis=1)  # of the worst marker, by brightness
+        # The worst marker counts, by brightness and then by colour.
+        margin, share = _margins(frame.luma, centre_px, side_px).min(axis=1)
         large = float(np.min(side_px)) >= _LARGE_PX
         if margin >= ENOUGH and (share >= _ALONE or not large):
             return cls()

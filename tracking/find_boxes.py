@@ -195,11 +195,9 @@ def click_page(
     """
     folder = files("tracking") / "templates"
     style, script, page = ((folder / name).read_text("utf-8") for name in ("click.css", "click.js", "click.html.j2"))
-    environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    template = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True).from_string(page)
     boxes = suggested.to_json()["boxes"] if suggested else {}
-    return environment.from_string(
-        page
-    ).render(
+    return template.render(
         trial=trial,
         frame=frame,
         place=place or f"trials/{trial}.boxes.json",
