@@ -318,7 +318,7 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
     for name in gone:
         probabilities = probabilities.refuted(name)
     verdict = verdict.without(gone, probabilities) if gone else verdict
-    most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
+    most_stays = _share_left(weighed.linear, best) > MOST_LEFT and probabilities.with_other > 0.5
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
         verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
@@ -338,7 +338,7 @@ def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Sett
     probabilities, refits = weigh_refits(weighed.linear, weighed.hypotheses, probabilities, refitting)
     verdict = verdict_of(probabilities)
     best = refits.get(verdict.first[0]) if verdict.first else None
-    if best is not None and _remainder(weighed, best).share <= MOST_LEFT_OF_CHANGE:
+    if best is not None and _share_left(weighed.linear, best) <= MOST_LEFT_OF_CHANGE:
         return Validated(verdict, probabilities, best)
     return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
 
@@ -395,17 +395,26 @@ def _not_followed(linear: LinearModel, best: Refit) -> tuple[str, ...]:
 
 
 def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
-    linear = weighed.linear
-    rest = replace(linear)
-    rest.__dict__["residual"] = best.residual
-    where = decompose(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
-    plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
-    numbers = int(linear.observed.sum())
-    freedom = max(numbers - 5 - len(best.values), 1)
-    excess, before = residual @ residual - freedom, plain @ plain - numbers + 5
+    linear = weighed.linear.with_residual(best.residual)
+    where = decompose(linear, weighed.forces, weighed.signatures, placed=weighed.placed)
     stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
-    share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
-    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))
+    squares, freedom = _squares_left(linear, best)
+    share = _share_left(weighed.linear, best)
+    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(squares, freedom)))
+
+
+def _share_left(linear: LinearModel, best: Refit) -> float:
+    """Return the share of the gap, noise apart, that a refitted twin leaves."""
+    (left, freedom), plain = _squares_left(linear, best), linear.space.projected(linear.residual)
+    before = plain @ plain - int(linear.observed.sum()) + len(linear.slopes.T)
+    return float(np.clip((left - freedom) / before, 0.0, 1.0)) if before > 0 else 0.0
+
+
+def _squares_left(linear: LinearModel, best: Refit) -> tuple[float, int]:
+    """Return the squared norm of what a refitted twin leaves, and how large noise alone would be."""
+    residual = linear.space.projected(best.residual)
+    freedom = max(int(linear.observed.sum()) - len(linear.slopes.T) - len(best.values), 1)
+    return float(residual @ residual), freedom
 
 
 # The test of effects that a user names.

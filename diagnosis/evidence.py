@@ -91,7 +91,7 @@ class Residual:
         cls,
         space: Whitened,
         residual: np.ndarray,
-        generic: np.ndarray,
+        generic_root: np.ndarray,
         effects: Sequence[EffectResponse] = (),
         frequencies: slice = slice(0, 0),
     ) -> "Residual":
@@ -102,19 +102,20 @@ class Residual:
         Args:
             space: the whitened residual space.
             residual: (k,) the residual.
-            generic: (k, k) covariance of an unknown effect without structure; all of it where no effects are given.
+            generic_root: (k, k) columns that make up the covariance of an unknown effect without structure; all of
+                it where no effects are given.
             effects: the effects that the unknown one resembles.
             frequencies: places of the frequencies in the residual.
         """
-        others = np.ones((len(generic) + len(space.precision), 1))
+        others = np.ones((len(generic_root) + len(space.precision), 1))
         others[frequencies] = 0.0
-        values, vectors = np.linalg.eigh(generic)
-        loose = space.projected((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (k, q)
+        loose = space.projected(generic_root.T).T  # (k, q)
         like = [others * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]
         share = LOOSE if like else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(like)) * part for part in like]
-        turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+        square = np.asarray(np.linalg.qr(np.hstack(parts).T, mode="r")).T  # of the same covariance, with fewer columns
+        turn, singular, _ = np.linalg.svd(square, full_matrices=False)
         inside = singular > 1e-9 * singular[0]
         spread, turn = singular[inside] ** 2, turn[:, inside].T
         return cls(turn, turn @ space.projected(residual), spread / spread.mean())

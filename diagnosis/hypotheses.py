@@ -399,7 +399,7 @@ def _hypotheses(
     effects, features = effect_responses(signatures, linear.space, priors.strongest, parts), len(linear.model.measured)
     return Hypotheses(
         like_any=_against(linear, effects),
-        loose=Residual.of(linear.space, linear.residual, linear.generic),
+        loose=Residual.of(linear.space, linear.residual, linear.generic_root),
         effects=effects,
         priors=priors,
         not_features=slice(features, features + linear.model.beside),
@@ -411,4 +411,4 @@ def _against(linear: LinearModel, effects: Sequence[EffectResponse]) -> Residual
     """Return the residual against an unknown effect like these."""
     features = len(linear.model.measured)
     frequencies = slice(features, features + linear.model.frequencies)
-    return Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies)
+    return Residual.of(linear.space, linear.residual, linear.generic_root, effects, frequencies)

@@ -5,6 +5,7 @@
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -135,6 +136,12 @@ class LinearModel:
         return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
 
     @cached_property
+    def generic_root(self) -> np.ndarray:
+        """Columns (k, k) of which `generic` is the product with their transpose."""
+        values, vectors = np.linalg.eigh(self.generic)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    @cached_property
     def with_gap(self) -> Whitened:
         """The space of `space` with the plain twin's residual counted as disturbance: in this, twins are fitted."""
         return self.with_gap_in(self.residual)
@@ -177,8 +184,16 @@ class LinearModel:
         of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0
         found = replace(self, error=error, common=of_swims, launch=launch)
-        known = {"residual": self.residual, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
-        found.__dict__.update(known)  # unchanged, and expensive to compute
+        unchanged = ("residual", "slopes", "generic", "generic_root", "_of_twin")
+        found.__dict__.update({name: getattr(self, name) for name in unchanged})  # expensive to compute
+        return found
+
+    def with_residual(self, residual: np.ndarray) -> "LinearModel":
+        """Return the model with another residual (k,), such as what a refitted twin leaves; all else stays."""
+        found = copy(self)
+        for name in ("with_gap", "coefficient_covariance"):  # these depend on it
+            found.__dict__.pop(name, None)
+        found.__dict__["residual"] = residual
         return found
 
     @property

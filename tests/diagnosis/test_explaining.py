@@ -37,7 +37,7 @@ class Row:
     error: float = 1.0
     common: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     launch: tuple[float, float] = (0.0, 0.0)
-    generic: np.ndarray = field(default_factory=lambda: np.eye(K))
+    generic_root: np.ndarray = field(default_factory=lambda: np.eye(K))
     model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
     @property
