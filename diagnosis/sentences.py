@@ -22,6 +22,7 @@ _OF_UNKNOWN = {
     "water": "in the water",
 }
 _STANDS_OUT = 0.005  # least share of a stage that is named
+_MOSTLY_NOISE = 0.75  # least share of noise that is told
 _MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
 _SHARES = ("relative", "share")  # parameters that are told in percent
 _OF_FREQUENCY = 0.5  # least share of the gap that shows in the beat frequency for it to be told apart from the rest
@@ -43,7 +44,8 @@ def where(data: DiagnosisResult) -> str:
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
         return "Where: in nothing that repeats with the beat."
-    return f"Where: mostly {_OF_STAGE[stage]}; it shows {_shows(data.where.by_marker)}."
+    noise = ", though noise is larger" if data.where.by_stage["floor"] > _MOSTLY_NOISE else ""
+    return f"Where: mostly {_OF_STAGE[stage]}{noise}; it shows {_shows(data.where.by_marker)}."
 
 
 def _shows(by_marker: Mapping[str, float]) -> str:
@@ -76,7 +78,8 @@ def which(data: DiagnosisResult) -> str:
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and is_inadequate(data):
         helps = [name for name in chances if name != NONE][:2]
-        most = f"; what helps most, although it does not suffice, is {' or '.join(map(plain, helps))}" if helps else ""
+        help_most = "help" if len(helps) > 1 else "helps"
+        most = f"; {' and '.join(map(plain, helps))} {help_most} most, although not enough" if helps else ""
         stage = at_stage(data)
         what = f"{'changed' if data.reference is not None else 'acts'}{f', {stage}' if stage else ''}"
         return (

@@ -74,6 +74,28 @@ def test_a_gap_of_noise_has_no_stage() -> None:
     assert where(data) == "Where: in nothing that repeats with the beat."
 
 
+@pytest.mark.parametrize("noise", [0.6, 0.9])
+def test_a_stage_is_not_all_where_noise_is_larger(noise: float) -> None:
+    by_stage = {"camera": 0.0, "drive": 1 - noise, "body": 0.0, "tail": 0.0, "floor": noise}
+    told = where(made_diagnosed("unexplained", where={"by_stage": by_stage}))
+    assert told.startswith("Where: mostly in clock and drive")
+    assert ("though noise is larger" in told) == (noise > 0.75)
+
+
+@pytest.mark.parametrize(
+    ("chances", "said"),
+    [
+        ({"wave_drag": 0.5, "tendon_slack": 0.49}, "; wave drag and tendon slack help most, although not enough"),
+        ({"wave_drag": 0.5}, "; wave drag helps most, although not enough"),
+        ({}, "something else acts; see"),
+    ],
+)
+def test_what_helps_most_does_not_say_whether_it_acts_together(chances: dict[str, float], said: str) -> None:
+    """Effects that act at once and alternatives are told alike, as only their single probabilities are known."""
+    adequate = {"p_value": 1e-5, "squares": 900.0, "numbers": 500}
+    assert said in which(made_diagnosed("unexplained", probabilities=chances | _OTHER, adequate=adequate, stages={}))
+
+
 @pytest.mark.parametrize(
     ("chance", "likeliest", "said"),
     [
