@@ -54,10 +54,6 @@ LOOSE = 0.3
 """Share of the variance of an unknown effect that is like no effect of the catalogue. Development."""
 OF_WATER = 0.1
 """Prior weight of water forces at one place that are the same in all trials: there the twin's own error acts too."""
-MIXED = 10.0
-"""Log Bayes factor from which an unknown effect counts as a mixture of the catalogue. Development."""
-NEEDED = 7.0
-"""Log Bayes factor from which such a mixture needs one of its effects. Development."""
 PLACED = 0.5
 """Probability from which a place is reported: more likely than not."""
 USUAL_ERROR = 0.7
@@ -95,7 +91,7 @@ WIDER = 5.0
 MOST_EFFECTS = 3
 """Largest number of effects in one hypothesis."""
 MOST_GROUPS = 5
-"""Largest number of groups of alternatives that act together, in a mixture."""
+"""Largest number of groups of alternatives that act together."""
 PAIRED = 8
 """Number of the most probable effects of which all pairs are tried."""
 GROWN = 3

@@ -17,16 +17,14 @@ from diagnosis.constants import (
     AT_PLACES,
     GROWN,
     LAUNCHES,
-    MIXED,
     MOST_EFFECTS,
-    NEEDED,
     PAIRED,
     SCALES,
     UNLIKELY,
     USUAL_ERROR,
 )
 from diagnosis.effect_response import EffectResponse, effect_responses
-from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
+from diagnosis.evidence import Hypotheses, Priors, Residual
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import LocalDiscrepancy
 from fitting.signatures import Signature
@@ -91,17 +89,6 @@ class Probabilities:
             other = Hypothesis((), True)
             found[other] = found.get(other, 0.0) + (1 - share) * chance
         return Probabilities(self.names, found, self.at_place, self.look_alike)
-
-    def with_needed(self, needed: Sequence[int]) -> "Probabilities":
-        """Add effects to every hypothesis with an unknown effect that is a mixture which needs them."""
-        found: dict[Hypothesis, float] = {}
-        for each, chance in self.of.items():
-            key = Hypothesis(tuple(sorted({*each.present, *needed})), True) if each.other else each
-            found[key] = found.get(key, 0.0) + chance
-        odds = None if self.look_alike is None else np.array(self.look_alike)
-        if odds is not None:
-            odds[1, list(needed)] = 0.0
-        return Probabilities(self.names, found, self.at_place, odds)
 
     def either_or(self, one: str, other: str) -> tuple[float, float, float]:
         """Return the probabilities that only the one of two effects is seen, only the other, and both."""
@@ -356,37 +343,7 @@ def _average(found: Sequence[_WeighedAssumption]) -> AveragedHypotheses:
     likeliest = max(found, key=_WeighedAssumption.total)
     linear, hypotheses = likeliest.assumed.linear, likeliest.hypotheses
     probabilities = posterior([(each.log_weight, each.weights) for each in found], hypotheses)
-    most = max(probabilities.of, key=lambda key: probabilities.of[key])
-    may_mix = most.other and len(hypotheses.priors.number) > MOST_EFFECTS
-    needed = needed_in_mixture(linear, hypotheses, most.present) if may_mix else ()
-    return AveragedHypotheses(linear, hypotheses, probabilities.with_needed(needed))
-
-
-def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
-    """Return the effects without which a random mixture of the catalogue is much worse.
-
-    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing in addition
-    to all of them. But the mixture without that one may be much worse.
-
-    Args:
-        linear: the linearised model.
-        hypotheses: its hypotheses.
-        present: effects of the likeliest hypothesis, by number.
-    """
-    responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
-
-    def evidence(residual: Residual) -> float:
-        return gaussian_evidence(residual, responses, True, hypotheses.priors).evidence
-
-    mixed, found = evidence(hypotheses.like_any), []
-    if mixed - evidence(hypotheses.loose) < MIXED:
-        return ()
-    for effect, each in enumerate(hypotheses.effects):
-        if each.ways and effect not in present:
-            others = [other for other in hypotheses.effects if other is not each]
-            if mixed - evidence(_against(linear, others)) >= NEEDED:
-                found.append(effect)
-    return tuple(found)
+    return AveragedHypotheses(linear, hypotheses, probabilities)
 
 
 def _hypotheses(

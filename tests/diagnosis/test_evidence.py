@@ -159,13 +159,6 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness() -> None:
     assert unknown < 0.8
 
 
-def test_what_a_mixture_needs_is_present_where_there_is_an_unknown_effect() -> None:
-    sets = {Hypothesis((0,), True): 0.7, Hypothesis((), True): 0.2, Hypothesis((2,)): 0.1}
-    found = Probabilities(("a", "b", "c"), sets, look_alike=np.ones((2, 3))).with_needed((1,))
-    assert found.of[Hypothesis((0, 1), True)] == 0.7
-    assert found.marginal == pytest.approx([0.35, 0.9, 0.05])
-
-
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (0.0, np.inf), (3.0, 4.0), (-4.0, -3.0), (-np.inf, np.inf)])
 def test_the_mass_between_two_ends_is_that_of_the_normal(low: float, high: float) -> None:
     assert np.exp(log_mass(np.array(low), np.array(high))) == pytest.approx(norm.sf(low) - norm.sf(high))
