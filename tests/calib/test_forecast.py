@@ -81,6 +81,16 @@ def test_an_error_of_the_scale_is_not_the_twins(speeds: list[float], sd: float, 
         assert "the scale of all measured speeds" in compared_with_best(forecasts)
 
 
+@pytest.mark.parametrize(("twin", "as_good"), [(0.9, True), (1.9, True), (2.1, False), (8.0, False)])
+def test_a_twin_as_good_as_speeds_are_measured_is_not_worse_than_a_better_rule(twin: float, as_good: bool) -> None:
+    """Speeds of 100 mm/s whose scale is known to 2 %; the twin is off by so many mm/s either way, the line by 0.1."""
+    trials = {
+        sign: ForecastTrial("holdout", 1.0, 0.1, {"twin": Forecast(0.1 + by * twin / 1000), "line": Forecast(0.1001)})
+        for sign, by in (("up", 1), ("down", -1))
+    }
+    assert is_beaten(SessionForecast(Scatter(), trials, 0.02)) == as_good
+
+
 def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:
     *_, caveat, verdict = found.summary().splitlines()
     assert (caveat == "No caveat.") == ("without a caveat" in verdict)
