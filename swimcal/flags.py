@@ -19,7 +19,7 @@ FLAG_KINDS: dict[str, str] = {
     "only_csrt": "no spot answers, only CSRT sees the marker",
     "drift": "a marker has lost its appearance for a while; the tracker may have drifted onto something else",
     "size": "a marker appears in another size",
-    "swap": "two markers seem to be exchanged",
+    "swap": "markers seem to be exchanged",
     "edited": "a person corrected the track",
     "doubtful_box": "a start box may hold no marker",
     "damaged_video": "part of the video cannot be read",

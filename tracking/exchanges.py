@@ -1,19 +1,23 @@
 """Names that were exchanged: which markers carry the name of another, and from which frame on.
 
 `exchange_flags` finds markers of the middle line, and left and right markers, that carry one another's names.
-`exchanged_apart` judges tracks from elsewhere: it also finds any names that change places from one frame to the next.
+`impossible_flags` finds markers in an order, or at distances, that no bend of the body makes. `exchanged_apart` judges
+tracks from elsewhere: it also finds any names that change places from one frame to the next.
 """
 
 from itertools import combinations
 
 import numpy as np
 import xarray as xr
+from scipy.ndimage import binary_closing
 from scipy.optimize import linear_sum_assignment
 
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
+from tracking.body_model import rows_alike
 from tracking.harmed_frames import stretches
+from tracking.tracked import seen_in
 
 EXCHANGE = 0.5
 """Two markers are taken for exchanged when exchanging them shortens the line through the markers by this share of their
@@ -27,6 +31,14 @@ MIDDLE_M = 1e-6
 """Farthest distance of a marker from the middle line that counts as on it."""
 RENAMED = 0.25
 """Names changed places where others make the markers move by this share, at most, of what they moved as named."""
+BEND_DEG, FOLD_DEG = 50.0, 110.0
+"""Largest bend of a body at a marker, and between two steps along it, whatever is missing between them."""
+STEP_SD, PLACED_PX = 0.06, 3.5
+"""Standard deviation of a step along the body: relative, and by boxes placed by hand."""
+IMPOSSIBLE = 16.0
+"""Sum of squares, in these, of what steps depart by: at most 13 in clean tracks as noisy as the public ones."""
+JOINED = 3
+"""Frames between two impossible stretches of a marker that do not count either."""
 
 
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
@@ -47,6 +59,66 @@ def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
         for (a, b), wrong in pairs
         for span in stretches(wrong, EXCHANGE_FRAMES)
     ]
+
+
+def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
+    """Flag markers on the mid line in an order, or at distances, that no bend of the body makes.
+
+    The distances are those of the first frame in which all are seen, at the scale of nose and neck. Where all are seen
+    and leaving out one mends it, that one is flagged; else all behind the head are, as names may have slid along it.
+    Further markers of the head are not judged: the tail swings past them.
+    """
+    names = markers_of(tracked)
+    place, bodies = layout.marker_positions_m(names), [layout.markers[name].body for name in names]
+    line = [int(k) for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
+    middle = [k for number, k in enumerate(line) if number < 2 or bodies[k] != "head"]
+    at_px = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)[:, middle]  # (n, k, 2)
+    seen = np.isfinite(at_px).all(axis=2)
+    if len(middle) < 4 or not seen.all(axis=1).any():
+        return []
+    steps_px = np.linalg.norm(np.diff(at_px[np.argmax(seen.all(axis=1))], axis=0), axis=1)
+    along_px, wrong = np.append(0.0, np.cumsum(steps_px)), np.zeros_like(seen)
+    for mask, frames in rows_alike(seen):
+        if mask.sum() >= 3:
+            wrong[frames] = _impossible(at_px[frames], along_px, np.flatnonzero(mask))
+    flags = []
+    for column, marker in enumerate(middle):
+        near = binary_closing(np.pad(wrong[:, column], JOINED), np.ones(JOINED + 1))[JOINED:-JOINED]
+        message = f"{names[marker]} lies where the order and the distances along the body do not allow it"
+        flags += [Flag("swap", (names[marker],), span, message) for span in stretches(near)]
+    return flags
+
+
+def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Tell (f, k) which markers are impossible, of those seen (s,) in all of these frames.
+
+    Args:
+        at_px: (f, k, 2) markers of the mid line.
+        along_px: (k,) their places along the body.
+        seen: (s,) numbers of those that are seen.
+    """
+    found = np.zeros(at_px.shape[:2], bool)
+    bad = _contradicts(at_px, along_px, seen)
+    found[np.ix_(bad, seen[seen > 1])] = True
+    if len(seen) == len(along_px):
+        mended = np.array([~_contradicts(at_px, along_px, np.delete(seen, one)) for one in seen]).T  # (f, k)
+        by_one = bad & mended.any(axis=1)
+        found[by_one] = mended[by_one]
+    return found
+
+
+def _contradicts(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Tell (f,) in which frames two neighbours of those seen (s,) are too near, too far, or folded back."""
+    step_px, missed = np.diff(at_px[:, seen], axis=1), np.diff(seen)  # (f, s - 1, 2), (s - 1,)
+    length_px, usual_px = np.maximum(np.linalg.norm(step_px, axis=2), 1e-9), np.diff(along_px[seen])
+    ratio = length_px / usual_px
+    scale = ratio[:, :1] if tuple(seen[:2]) == (0, 1) else np.median(ratio, axis=1, keepdims=True)  # of a stiff head
+    half = np.deg2rad(BEND_DEG) / 2
+    bent = np.log(np.abs(np.sin(missed * half) / (missed * np.sin(half))))  # of chord over arc
+    off = np.log(ratio / scale)
+    off = np.where(off > 0, off, np.minimum(off - bent, 0.0)) / np.hypot(STEP_SD, PLACED_PX / (scale * usual_px))
+    across = (step_px[:, :-1] * step_px[:, 1:]).sum(axis=2) / (length_px[:, :-1] * length_px[:, 1:])
+    return ((off**2).sum(axis=1) > IMPOSSIBLE) | (across < np.cos(np.deg2rad(FOLD_DEG))).any(axis=1)
 
 
 def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:

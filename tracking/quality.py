@@ -24,7 +24,7 @@ from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_jump import body_jumps, jump_flags, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
-from tracking.exchanges import exchange_flags
+from tracking.exchanges import exchange_flags, impossible_flags
 from tracking.following import (
     Gate,
     clashing,
@@ -379,7 +379,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for k, marker in enumerate(markers_of(tracked))
         for span in stretches(where[:, k], least)
     ]
-    flags += exchange_flags(tracked, layout)
+    flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout)]
     flags += [*_few_frames(tracked), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 

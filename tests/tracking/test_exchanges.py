@@ -1,11 +1,12 @@
-"""Names that change places in imported tracks are told, whichever they are and whenever they do."""
+"""Names that change places are told, whichever they are and whenever they do, and those where no body has them."""
 
 import numpy as np
 import pytest
 
 from swimcal.flags import Flag
 from tests.tracking.fish import MARKERS, ROBOT, swimming_fish, tracks_of
-from tracking.exchanges import exchanged_apart
+from tests.tracking.records.trials import tracked_of
+from tracking.exchanges import exchanged_apart, impossible_flags
 
 FRAMES = 200
 
@@ -64,3 +65,37 @@ def test_two_markers_of_the_mid_line_with_each_others_names_all_along_are_told(s
     flags = exchanged_apart(tracks_of(renamed), ROBOT)
     assert {name for flag in flags for name in flag.markers} == {MARKERS[one], MARKERS[other]}
     assert samples_of(flags)[:, [one, other]].mean() > 0.95
+
+
+TAIL = [MARKERS.index(name) for name in MARKERS if ROBOT.markers[name].body != "head"]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_swim_is_impossible(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clean = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES) * rng.uniform(0.4, 1.5)
+    clean[50:][rng.random((FRAMES - 50, len(MARKERS))) < 0.2] = np.nan
+    assert not impossible_flags(tracked_of(clean), ROBOT)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_names_that_turned_round_on_the_tail_are_impossible_although_others_are_lost(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clean = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    renamed = clean.copy()
+    renamed[120:, TAIL] = clean[120:, TAIL[::-1]]
+    renamed[120:, rng.choice(TAIL[1:-1], 2, replace=False)] = np.nan
+    found = samples_of(tuple(impossible_flags(tracked_of(renamed), ROBOT)))
+    assert found[120:, TAIL][np.isfinite(renamed[120:, TAIL, 0])].mean() > 0.99
+    assert not found[:120].any()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_one_marker_that_leaves_the_body_is_impossible_and_no_other(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    left = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    marker = int(rng.choice([0, 1, *TAIL]))
+    left[100:140, marker] += 3 * (left[100:140, 1] - left[100:140, 0])[:, ::-1] * [1, -1]  # across the head
+    found = samples_of(tuple(impossible_flags(tracked_of(left), ROBOT)))
+    assert found[100:140, marker].all()
+    assert not np.delete(found, [marker, 0, 1], axis=1).any()
