@@ -67,8 +67,8 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 
-_FORM = 24  # version of calibration.json, and of the search that fills it
-_FORM_OF_POSTERIOR = 17  # version of the posterior's files and of their computation
+_FORM = 23  # version of calibration.json, and of the search that fills it
+_FORM_OF_POSTERIOR = 16  # version of the posterior's files and of their computation
 _STEADY_BEATS = 20  # after which a swim is steady
 _HOW_TO_USE = f"""
 Made for MuJoCo {ENGINE}. Releases compute different fluid forces: in MuJoCo 3 this file loads, but swims another way.
