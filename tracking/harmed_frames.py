@@ -53,7 +53,9 @@ AT_LEAST = 3
 """… and so many."""
 UNMOVED, NEARBY = 0.2, 6
 """In such a film a frame repeats the one before, too, where all markers move less than this share of what they usually
-do within so many frames."""
+do within so many frames, …"""
+CODED_ANEW_PX = 1.0
+"""… and by no more than a picture that is coded anew moves them: a tail that turns back goes further."""
 
 # Pictures that stand still, told by the markers.
 FROZEN_FRAMES = 6
@@ -229,7 +231,7 @@ def unmoved_frames(position_px: np.ndarray, repeats: list[int]) -> list[int]:
     found = []
     for k, step in enumerate(step_px):
         near = np.delete(step_px, k)[max(k - NEARBY, 0) : k + NEARBY]
-        if len(near) and step < UNMOVED * np.median(near):
+        if len(near) and step < min(UNMOVED * np.median(near), CODED_ANEW_PX):
             found.append(int(own[k + 1]))
     return found
 

@@ -117,3 +117,11 @@ def test_repeats_that_the_pictures_hide_show_in_the_markers(every: int) -> None:
     repeats = np.flatnonzero(np.diff(shown, prepend=-1) == 0)
     hidden = rng.choice(repeats, 3, replace=False)
     assert unmoved_frames(position, sorted({*repeats} - {*hidden})) == sorted(hidden)
+
+
+def test_a_tail_that_turns_back_does_not_repeat_a_frame() -> None:
+    """Its tip moves by 20 px a frame in between, by 2 px where it turns, and the head by 1.5 px throughout."""
+    time = np.arange(60)
+    tip = 30 * np.sin(2 * np.pi * time / 9)
+    position = np.stack([np.column_stack([1.5 * time, 0.0 * time]), np.column_stack([1.5 * time + 90, tip])], axis=1)
+    assert unmoved_frames(np.repeat(position, 2, axis=0), list(range(1, 120, 2))) == []
