@@ -45,7 +45,10 @@ def where(data: DiagnosisResult) -> str:
     if shares[stage] < _STANDS_OUT:
         return "Where: in nothing that repeats with the beat."
     noise = ", though noise is larger" if data.where.by_stage["floor"] > _MOSTLY_NOISE else ""
-    return f"Where: mostly {_OF_STAGE[stage]}{noise}; it shows {_shows(data.where.by_marker)}."
+    rest = max((name for name in shares if name != stage), key=lambda name: shares[name])
+    of_frequency = data.where.by_marker.get("frequency", 0.0) > _OF_FREQUENCY and shares[rest] >= _STANDS_OUT
+    motion = f"; of the motion itself mostly {_OF_STAGE[rest]}" if stage == "drive" and of_frequency else ""
+    return f"Where: mostly {_OF_STAGE[stage]}{noise}; it shows {_shows(data.where.by_marker)}{motion}."
 
 
 def _shows(by_marker: Mapping[str, float]) -> str:

@@ -74,6 +74,15 @@ def test_a_gap_of_noise_has_no_stage() -> None:
     assert where(data) == "Where: in nothing that repeats with the beat."
 
 
+def test_beside_a_beat_that_is_off_its_command_the_motion_has_a_place_of_its_own() -> None:
+    by_stage = {"camera": 0.04, "drive": 0.85, "body": 0.1, "tail": 0.01, "floor": 0.0}
+    shares = {"by_stage": by_stage, "by_marker": {"nose": 0.1, "frequency": 0.9}}
+    told = where(made_diagnosed("unexplained", where=shares))
+    assert told.endswith("mostly in the beat frequency; of the motion itself mostly in the forces on the whole fish.")
+    by_stage["body"], by_stage["camera"], by_stage["tail"], by_stage["drive"] = 0.001, 0.001, 0.0, 0.998
+    assert where(made_diagnosed("unexplained", where=shares)).endswith("mostly in the beat frequency.")
+
+
 @pytest.mark.parametrize("noise", [0.6, 0.9])
 def test_a_stage_is_not_all_where_noise_is_larger(noise: float) -> None:
     by_stage = {"camera": 0.0, "drive": 1 - noise, "body": 0.0, "tail": 0.0, "floor": noise}
