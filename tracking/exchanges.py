@@ -73,10 +73,11 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     line = [int(k) for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
     middle = [k for number, k in enumerate(line) if number < 2 or bodies[k] != "head"]
     at_px = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)[:, middle]  # (n, k, 2)
-    seen = np.isfinite(at_px).all(axis=2)
-    if len(middle) < 4 or not seen.all(axis=1).any():
+    seen = np.asarray(np.isfinite(at_px).all(axis=2))
+    whole = np.flatnonzero(seen.all(axis=1))
+    if len(middle) < 4 or not len(whole):
         return []
-    steps_px = np.linalg.norm(np.diff(at_px[np.argmax(seen.all(axis=1))], axis=0), axis=1)
+    steps_px = np.linalg.norm(np.diff(at_px[whole[0]], axis=0), axis=1)
     along_px, wrong = np.append(0.0, np.cumsum(steps_px)), np.zeros_like(seen)
     for mask, frames in rows_alike(seen):
         if mask.sum() >= 3:
