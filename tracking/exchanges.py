@@ -33,10 +33,14 @@ RENAMED = 0.25
 """Names changed places where others make the markers move by this share, at most, of what they moved as named."""
 BEND_DEG, FOLD_DEG = 50.0, 110.0
 """Largest bend of a body at a marker, and between two steps along it, whatever is missing between them."""
-STEP_SD, PLACED_PX = 0.06, 3.5
+FIN_GIVES_WAY = 0.65
+"""Least step to the last marker over the same at most bent, as a soft fin bends: 0.65 in the public trials."""
+STEP_SD, PLACED_PX = 0.07, 3.5
 """Standard deviation of a step along the body: relative, and by boxes placed by hand."""
 IMPOSSIBLE = 16.0
-"""Sum of squares, in these, of what steps depart by: at most 13 in clean tracks as noisy as the public ones."""
+"""Sum of squares, in these, of what steps depart by: at most 13 in the believed frames of the public trials."""
+LIKELIER = 8.0
+"""Least gain in this sum by which the dots that are seen carry other names, where some markers are lost."""
 JOINED = 3
 """Frames between two impossible stretches of a marker that do not count either."""
 
@@ -98,28 +102,48 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
         along_px: (k,) their places along the body.
         seen: (s,) numbers of those that are seen.
     """
-    found = np.zeros(at_px.shape[:2], bool)
-    bad = _contradicts(at_px, along_px, seen)
+    found, lost = np.zeros(at_px.shape[:2], bool), len(along_px) - len(seen)
+    bad = _contradicts(at_px[:, seen], along_px, seen)
+    if lost:
+        head = (0, 1) if tuple(seen[:2]) == (0, 1) else ()
+        tails = combinations(range(len(head), len(along_px)), len(seen) - len(head))
+        others = [_departure(at_px[:, seen], along_px, np.array([*head, *tail])) for tail in tails]
+        bad |= _departure(at_px[:, seen], along_px, seen) - np.min(others, axis=0) > LIKELIER
     found[np.ix_(bad, seen[seen > 1])] = True
-    if len(seen) == len(along_px):
-        mended = np.array([~_contradicts(at_px, along_px, np.delete(seen, one)) for one in seen]).T  # (f, k)
-        by_one = bad & mended.any(axis=1)
-        found[by_one] = mended[by_one]
+    if not lost:
+        mended = [~_contradicts(np.delete(at_px, one, axis=1), along_px, np.delete(seen, one)) for one in seen]
+        by_one = bad & np.any(mended, axis=0)
+        found[by_one] = np.array(mended).T[by_one]
     return found
 
 
-def _contradicts(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Tell (f,) in which frames two neighbours of those seen (s,) are too near, too far, or folded back."""
-    step_px, missed = np.diff(at_px[:, seen], axis=1), np.diff(seen)  # (f, s - 1, 2), (s - 1,)
-    length_px, usual_px = np.maximum(np.linalg.norm(step_px, axis=2), 1e-9), np.diff(along_px[seen])
-    ratio = length_px / usual_px
-    scale = ratio[:, :1] if tuple(seen[:2]) == (0, 1) else np.median(ratio, axis=1, keepdims=True)  # of a stiff head
+def _contradicts(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Tell (f,) in which frames two neighbours among dots (f, s, 2) are too near, too far, or folded back.
+
+    Args:
+        dots_px: the dots that carry the names, from the nose on.
+        along_px: (k,) places of all names along the body.
+        names: (s,) numbers of the names.
+    """
+    step_px = np.diff(dots_px, axis=1)  # (f, s - 1, 2)
+    length_px = np.maximum(np.linalg.norm(step_px, axis=2), 1e-9)
+    across = (step_px[:, :-1] * step_px[:, 1:]).sum(axis=2) / (length_px[:, :-1] * length_px[:, 1:])
+    folded = (across < np.cos(np.deg2rad(FOLD_DEG))).any(axis=1)
+    return np.asarray(folded | (_departure(dots_px, along_px, names) > IMPOSSIBLE))
+
+
+def _departure(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Return the sum (f,) of squares of what steps depart by, in standard deviations; as for `_contradicts`."""
+    missed, usual_px = np.diff(names), np.diff(along_px[names])  # (s - 1,)
+    ratio = np.maximum(np.linalg.norm(np.diff(dots_px, axis=1), axis=2), 1e-9) / usual_px
+    scale = ratio[:, :1] if tuple(names[:2]) == (0, 1) else np.median(ratio, axis=1, keepdims=True)  # of a stiff head
     half = np.deg2rad(BEND_DEG) / 2
     bent = np.log(np.abs(np.sin(missed * half) / (missed * np.sin(half))))  # of chord over arc
+    if names[-1] == len(along_px) - 1:
+        bent[-1] = min(bent[-1], np.log(FIN_GIVES_WAY))
     off = np.log(ratio / scale)
     off = np.where(off > 0, off, np.minimum(off - bent, 0.0)) / np.hypot(STEP_SD, PLACED_PX / (scale * usual_px))
-    across = (step_px[:, :-1] * step_px[:, 1:]).sum(axis=2) / (length_px[:, :-1] * length_px[:, 1:])
-    return ((off**2).sum(axis=1) > IMPOSSIBLE) | (across < np.cos(np.deg2rad(FOLD_DEG))).any(axis=1)
+    return np.asarray((off**2).sum(axis=1))
 
 
 def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
