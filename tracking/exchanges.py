@@ -40,7 +40,9 @@ STEP_SD, PLACED_PX = 0.07, 3.5
 IMPOSSIBLE = 16.0
 """Sum of squares, in these, of what steps depart by: at most 13 in the believed frames of the public trials."""
 LIKELIER = 8.0
-"""Least gain in this sum by which the dots that are seen carry other names, where some markers are lost."""
+"""Least gain in this sum from which the dots that are seen carry other names, where some markers are lost."""
+SURER = 4.0
+"""Least gain of the names of all others over other names for one marker to be the only one that is impossible."""
 JOINED = 3
 """Frames between two impossible stretches of a marker that do not count either."""
 
@@ -68,8 +70,8 @@ def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
 def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     """Flag markers on the mid line in an order, or at distances, that no bend of the body makes.
 
-    The distances are those of the first frame in which all are seen, at the scale of nose and neck. Where all are seen
-    and leaving out one mends it, that one is flagged; else all behind the head are, as names may have slid along it.
+    The distances are those of the first frame in which all are seen, at the scale of nose and neck. Where leaving
+    out one mends it, and the others surely have their own names, that one is flagged; else all behind the head are.
     Further markers of the head are not judged: the tail swings past them.
     """
     names = markers_of(tracked)
@@ -102,19 +104,28 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
         along_px: (k,) their places along the body.
         seen: (s,) numbers of those that are seen.
     """
-    found, lost = np.zeros(at_px.shape[:2], bool), len(along_px) - len(seen)
-    bad = _contradicts(at_px[:, seen], along_px, seen)
-    if lost:
-        head = (0, 1) if tuple(seen[:2]) == (0, 1) else ()
-        tails = combinations(range(len(head), len(along_px)), len(seen) - len(head))
-        others = [_departure(at_px[:, seen], along_px, np.array([*head, *tail])) for tail in tails]
-        bad |= _departure(at_px[:, seen], along_px, seen) - np.min(others, axis=0) > LIKELIER
+    found, dots_px = np.zeros(at_px.shape[:2], bool), at_px[:, seen]
+    bad = _contradicts(dots_px, along_px, seen) | (_gain_by_other_names(dots_px, along_px, seen) > LIKELIER)
     found[np.ix_(bad, seen[seen > 1])] = True
-    if not lost:
-        mended = [~_contradicts(np.delete(at_px, one, axis=1), along_px, np.delete(seen, one)) for one in seen]
-        by_one = bad & np.any(mended, axis=0)
-        found[by_one] = np.array(mended).T[by_one]
+    mended = np.zeros((len(found), len(seen)), bool)
+    for one in range(len(seen) if bad.any() and len(seen) > 3 else 0):
+        rest_px, rest = np.delete(dots_px, one, axis=1), np.delete(seen, one)
+        sure = _gain_by_other_names(rest_px, along_px, rest) < -SURER
+        mended[:, one] = bad & sure & ~_contradicts(rest_px, along_px, rest)
+    by_one = np.flatnonzero(mended.any(axis=1))
+    found[by_one] = False
+    found[np.ix_(by_one, seen)] = mended[by_one]
     return found
+
+
+def _gain_by_other_names(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Return by how much (f,) the best other names in order depart less; as for `_contradicts`."""
+    head = (0, 1) if tuple(names[:2]) == (0, 1) else ()
+    tails = combinations(range(len(head), len(along_px)), len(names) - len(head))
+    others = (np.array([*head, *tail], dtype=int) for tail in tails)
+    least = [_departure(dots_px, along_px, other) for other in others if (other != names).any()]
+    own = _departure(dots_px, along_px, names)
+    return own - np.min(least, axis=0) if least else np.full(len(own), -np.inf)
 
 
 def _contradicts(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
