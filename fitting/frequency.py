@@ -25,6 +25,9 @@ HARMONICS = 3  # harmonics of the beat that are fitted
 SEARCH_HZ = (0.1, 15.0)  # range of the search, as session.toml allows
 STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
+OTHER_UNITS = {"rad/s": 2 * np.pi, "turns a minute": 60.0}
+"""Units in which people note speeds, and how many of them are one turn a second."""
+NEAR_A_UNIT = 0.1  # relative difference to a command in such a unit
 LEAST_EXPLAINED = 0.5  # share of the tail's motion below which something else than a beat moves it
 _PHASES = 16  # phases of a beat
 _SHOWN = 0.75  # share of them that must be seen
@@ -329,6 +332,9 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
     if commanded_hz and abs(hz / commanded_hz - 1) > OFF_COMMAND:
         off = 100 * (hz / commanded_hz - 1)
         message = f"the tail beats at {hz:.3f} Hz, {off:+.0f} % off the commanded {commanded_hz:g} Hz"
+        for unit, of_a_hertz in OTHER_UNITS.items():
+            if abs(commanded_hz / (of_a_hertz * hz) - 1) < NEAR_A_UNIT:
+                message += f": is commanded_hz in {unit}?"
         flags.append(Flag("frequency_off_command", message=message))
     if beats < 2.0:
         message = f"only {beats:.1f} beats: fewer than two determine a frequency poorly"

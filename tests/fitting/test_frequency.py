@@ -93,6 +93,10 @@ def test_flags_say_what_is_doubtful() -> None:
     assert off.kind == "frequency_off_command"
     assert "-20 % off the commanded 1.25 Hz" in off.message
 
+    for commanded, unit in ((6.2, "rad/s"), (61.0, "turns a minute")):
+        (off,) = estimate_frequency(*clean, commanded_hz=commanded).flags
+        assert off.message.endswith(f"is commanded_hz in {unit}?")
+
     (few,) = estimate_frequency(*tail(1.0, 1.6)).flags
     assert few.kind == "few_beats"
     assert "1.6 beats" in few.message
