@@ -105,16 +105,19 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
         seen: (s,) numbers of those that are seen.
     """
     found, dots_px = np.zeros(at_px.shape[:2], bool), at_px[:, seen]
-    bad = _contradicts(dots_px, along_px, seen) | (_gain_by_other_names(dots_px, along_px, seen) > LIKELIER)
-    found[np.ix_(bad, seen[seen > 1])] = True
-    mended = np.zeros((len(found), len(seen)), bool)
-    for one in range(len(seen) if bad.any() and len(seen) > 3 else 0):
-        rest_px, rest = np.delete(dots_px, one, axis=1), np.delete(seen, one)
+    bad = _contradicts(dots_px, along_px, seen)
+    doubtful = np.flatnonzero(~bad & (_departure(dots_px, along_px, seen) > LIKELIER))
+    bad[doubtful] = _gain_by_other_names(dots_px[doubtful], along_px, seen) > LIKELIER
+    frames = np.flatnonzero(bad)
+    found[np.ix_(frames, seen[seen > 1])] = True
+    mended = np.zeros((len(frames), len(seen)), bool)
+    for one in range(len(seen) if len(frames) and len(seen) > 3 else 0):
+        rest_px, rest = np.delete(dots_px[frames], one, axis=1), np.delete(seen, one)
         sure = _gain_by_other_names(rest_px, along_px, rest) < -SURER
-        mended[:, one] = bad & sure & ~_contradicts(rest_px, along_px, rest)
-    by_one = np.flatnonzero(mended.any(axis=1))
-    found[by_one] = False
-    found[np.ix_(by_one, seen)] = mended[by_one]
+        mended[:, one] = sure & ~_contradicts(rest_px, along_px, rest)
+    by_one = mended.any(axis=1)
+    found[frames[by_one]] = False
+    found[np.ix_(frames[by_one], seen)] = mended[by_one]
     return found
 
 
