@@ -276,8 +276,12 @@ def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> Camer
 def _check_recordings(
     source: TomlSource, content: SessionFile | None, folder: Path, robot: RobotSpec | None, faults: FaultCollector
 ) -> None:
-    """Read the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
+    """Read the tracks and motor logs that are there, also when `session.toml` has faults of its own.
+
+    Tracks wait where it names markers that differ from the robot's: every file would be told to have wrong columns.
+    """
     markers, stamps = markers_in(source), {}
+    known = len(set(markers)) == len(markers) > 0 and (robot is None or set(markers) <= set(robot.markers))
     exchanged: dict[str, bool] = {}  # whether nose and neck are exchanged, by trial
     if robot is None or not set(HEAD_MARKERS) <= set(markers) <= set(robot.markers):
         robot = None
@@ -289,7 +293,7 @@ def _check_recordings(
                 with faults.nested():
                     load_commands(commands)
         path = _find_file(folder, trial.get("tracks"))
-        if path and markers and len(set(markers)) == len(markers):
+        if path and known:
             with faults.nested():
                 fps, rename = (content.camera.fps, content.markers.rename) if content else (1.0, NO_NAMES)
                 tracks = load_tracks(path, markers, fps, rename=rename)

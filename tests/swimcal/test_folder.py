@@ -191,6 +191,16 @@ def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:
     assert "slow.csv" not in faults_of(folder, check_tracks=False)
 
 
+def test_a_misspelt_marker_is_one_fault_not_one_of_every_file(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool")
+    toml = (folder / "session.toml").read_text()
+    (folder / "session.toml").write_text(toml.replace(f'"{MARKERS[-1]}"', '"tial_1"'))
+    message = faults_of(folder, robot_of=load_robot)
+    assert "found 'tial_1'" in message
+    assert "Did you mean 'tail_1'?" in message
+    assert "slow.csv" not in message
+
+
 def test_a_folder_without_a_session_says_how_to_make_one(tmp_path: Path) -> None:
     assert "no session.toml here; expected a session folder with a session.toml" in faults_of(tmp_path)
     assert "Make one with `calib new`." in faults_of(tmp_path / "none")
