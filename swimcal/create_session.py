@@ -173,11 +173,14 @@ def _choose_fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...])
 
 
 def _fishsim_trial(name: str, fitted: bool) -> dict[str, Any]:
+    label = tomlkit.item(_label_hz(name)).comment(
+        "the label of the file, its unit unpublished: tails beat at 0.75 of it"
+    )
     return {
         "name": name,
         "kind": "swim",
         "tracks": f"trials/{name}.csv",
-        "commanded_hz": _label_hz(name),
+        "commanded_hz": label,
         "role": "fit" if fitted else "holdout",
     }
 
