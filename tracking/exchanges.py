@@ -107,7 +107,8 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
     found, dots_px = np.zeros(at_px.shape[:2], bool), at_px[:, seen]
     bad = _contradicts(dots_px, along_px, seen)
     doubtful = np.flatnonzero(~bad & (_departure(dots_px, along_px, seen) > LIKELIER))
-    bad[doubtful] = _gain_by_other_names(dots_px[doubtful], along_px, seen) > LIKELIER
+    if len(doubtful):
+        bad[doubtful] = _gain_by_other_names(dots_px[doubtful], along_px, seen) > LIKELIER
     frames = np.flatnonzero(bad)
     found[np.ix_(frames, seen[seen > 1])] = True
     mended = np.zeros((len(frames), len(seen)), bool)
@@ -148,15 +149,15 @@ def _contradicts(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -
 
 def _departure(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
     """Return the sum (f,) of squares of what steps depart by, in standard deviations; as for `_contradicts`."""
-    missed, usual_px = np.diff(names), np.diff(along_px[names])  # (s - 1,)
+    missed, usual_px = np.diff(names), np.maximum(np.diff(along_px[names]), 1.0)  # (s - 1,)
     ratio = np.maximum(np.linalg.norm(np.diff(dots_px, axis=1), axis=2), 1e-9) / usual_px
     scale = ratio[:, :1] if tuple(names[:2]) == (0, 1) else np.median(ratio, axis=1, keepdims=True)  # of a stiff head
     half = np.deg2rad(BEND_DEG) / 2
     bent = np.log(np.abs(np.sin(missed * half) / (missed * np.sin(half))))  # of chord over arc
     if names[-1] == len(along_px) - 1:
         bent[-1] = min(bent[-1], np.log(FIN_GIVES_WAY))
-    off = np.log(ratio / scale)
-    off = np.where(off > 0, off, np.minimum(off - bent, 0.0)) / np.hypot(STEP_SD, PLACED_PX / (scale * usual_px))
+    off, placed_in_px = np.log(ratio / scale), np.maximum(scale, 0.5) * usual_px  # a head of no length has no scale
+    off = np.where(off > 0, off, np.minimum(off - bent, 0.0)) / np.hypot(STEP_SD, PLACED_PX / placed_in_px)
     return np.asarray((off**2).sum(axis=1))
 
 

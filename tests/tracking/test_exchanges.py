@@ -99,3 +99,13 @@ def test_one_marker_that_leaves_the_body_is_impossible_and_no_other(seed: int) -
     found = samples_of(tuple(impossible_flags(tracked_of(left), ROBOT)))
     assert found[100:140, marker].all()
     assert not np.delete(found, [marker, 0, 1], axis=1).any()
+
+
+def test_boxes_on_one_place_raise_no_warning() -> None:
+    """Two start boxes on one spot, and a nose that lands on the neck."""
+    clean = swimming_fish(1.0, seed=5, frames=FRAMES)
+    clean[:, TAIL[1]] = clean[:, TAIL[2]]
+    clean[100:110, 0] = clean[100:110, 1]
+    with np.errstate(all="raise"):
+        found = samples_of(tuple(impossible_flags(tracked_of(clean), ROBOT)))
+    assert found[100:110].any(axis=1).all()
