@@ -114,7 +114,7 @@ class Residual:
         share = LOOSE if like else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(like)) * part for part in like]
-        square = np.asarray(np.linalg.qr(np.hstack(parts).T, mode="r")).T  # of the same covariance, with fewer columns
+        square = np.asarray(np.linalg.qr(np.hstack(parts).T, mode="r")).T  # fewer columns with the same covariance
         turn, singular, _ = np.linalg.svd(square, full_matrices=False)
         inside = singular > 1e-9 * singular[0]
         spread, turn = singular[inside] ** 2, turn[:, inside].T

@@ -82,9 +82,8 @@ COMPONENTS = (
 )
 """All variance components.
 
-The last two are nearly fixed: two speeds determine no variance, and a calibrated twin should swim as fast. With a third
-of these sizes it does, and a robot that is not the one described keeps its speed, not only its wave; but on the public
-trials corrected forecasts are then half as far off again, as the residual is no longer a line.
+The last two are nearly fixed: two speeds determine no variance, and a calibrated twin should swim as fast. A smaller
+`speed_common` brings the exported twin nearer to its trials, but corrected forecasts of the public trials get worse.
 """
 
 

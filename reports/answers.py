@@ -29,9 +29,9 @@ from reports.words import (
     compared_with_best,
     counted,
     gap_sentences,
+    holds_against_rules,
     in_mm,
     in_words,
-    is_beaten,
     listed,
     misses,
     next_experiment,
@@ -430,6 +430,6 @@ def _next_step(
         return film
     if diagnosed.models and diagnosed.effects:
         return use_of_named(diagnosed)
-    if not is_beaten(found.forecasts):
+    if not holds_against_rules(found.forecasts):
         return "For all but speeds use the twin: calib mjcf writes it, calib.load_twin simulates with it."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."

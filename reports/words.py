@@ -178,11 +178,11 @@ def misses(forecasts: SessionForecast) -> str:
     )
 
 
-def is_beaten(forecasts: SessionForecast) -> bool:
-    """Return whether the exported twin forecasts speeds better than every simple rule on average, or as well as known.
+def holds_against_rules(forecasts: SessionForecast) -> bool:
+    """Return whether the exported twin forecasts speeds better than every simple rule, as far as speeds are known.
 
     An error of the scale of all measured speeds, within its 90 % interval, does not count against the twin; nor does a
-    mean error below the scale's standard deviation, whatever a rule's is: speeds are measured no better.
+    mean error below the scale's standard deviation, whatever a rule's is.
     """
     if not (best := forecasts.best_baseline):
         return False

@@ -9,13 +9,13 @@ from itertools import combinations
 
 import numpy as np
 import xarray as xr
-from scipy.ndimage import binary_closing
 from scipy.optimize import linear_sum_assignment
 
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_model import rows_alike
+from tracking.following import widened
 from tracking.harmed_frames import stretches
 from tracking.tracked import seen_in
 
@@ -31,20 +31,24 @@ MIDDLE_M = 1e-6
 """Farthest distance of a marker from the middle line that counts as on it."""
 RENAMED = 0.25
 """Names changed places where others make the markers move by this share, at most, of what they moved as named."""
-BEND_DEG, FOLD_DEG = 50.0, 110.0
-"""Largest bend of a body at a marker, and between two steps along it, whatever is missing between them."""
-FIN_GIVES_WAY = 0.65
-"""Least step to the last marker over the same at most bent, as a soft fin bends: 0.65 in the public trials."""
-STEP_SD, PLACED_PX = 0.07, 3.5
-"""Standard deviation of a step along the body: relative, and by boxes placed by hand."""
-IMPOSSIBLE = 16.0
-"""Sum of squares, in these, of what steps depart by: at most 13 in the believed frames of the public trials."""
-LIKELIER = 8.0
-"""Least gain in this sum from which the dots that are seen carry other names, where some markers are lost."""
-SURER = 4.0
-"""Least gain of the names of all others over other names for one marker to be the only one that is impossible."""
+BEND_DEG = 50.0
+"""Largest bend of a body at a marker."""
+FOLD_DEG = 110.0
+"""Largest angle between two steps along a body, whatever is missing between them."""
+SHORTEST_FIN = 0.65
+"""Least ratio of the step to the last marker to its length in the start boxes, as a soft fin bends (public trials)."""
+STEP_SD = 0.07
+"""Relative standard deviation of the length of a step along the body."""
+PLACED_PX = 3.5
+"""Standard deviation of the length of a step between two boxes that were placed by hand, px."""
+MOST_DEPARTURE = 16.0
+"""Largest sum of squared departures of steps, in standard deviations: 13 in the believed frames of public trials."""
+LIKELIER_NAMES = 8.0
+"""Least reduction of this sum by other names, from which the dots are taken to carry these; some markers are lost."""
+SURE_NAMES = 4.0
+"""Least increase of this sum by other names, from which the names of all markers but one are taken to be right."""
 JOINED = 3
-"""Frames between two impossible stretches of a marker that do not count either."""
+"""Largest number of frames between two flagged stretches of a marker that are flagged, too."""
 
 
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
@@ -56,7 +60,7 @@ def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     """
     names = markers_of(tracked)
     place = layout.marker_positions_m(names)  # (m, 3)
-    middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
+    middle = _mid_line(place)
     pairs = _exchanged(np.array(pixels_of(tracked)), middle)
     if len(middle) > 1:
         pairs += [(pair, _mirrored(pixels_of(tracked), middle, *pair)) for pair in _sides(place)]
@@ -75,9 +79,8 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     Further markers of the head are not judged: the tail swings past them.
     """
     names = markers_of(tracked)
-    place, bodies = layout.marker_positions_m(names), [layout.markers[name].body for name in names]
-    line = [int(k) for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
-    middle = [k for number, k in enumerate(line) if number < 2 or bodies[k] != "head"]
+    line = _mid_line(layout.marker_positions_m(names))
+    middle = [k for number, k in enumerate(line) if number < 2 or layout.markers[names[k]].body != "head"]
     at_px = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)[:, middle]  # (n, k, 2)
     seen = np.asarray(np.isfinite(at_px).all(axis=2))
     whole = np.flatnonzero(seen.all(axis=1))
@@ -88,12 +91,17 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     for mask, frames in rows_alike(seen):
         if mask.sum() >= 3:
             wrong[frames] = _impossible(at_px[frames], along_px, np.flatnonzero(mask))
-    flags = []
-    for column, marker in enumerate(middle):
-        near = binary_closing(np.pad(wrong[:, column], JOINED), np.ones(JOINED + 1))[JOINED:-JOINED]
-        message = f"{names[marker]} lies where the order and the distances along the body do not allow it"
-        flags += [Flag("swap", (names[marker],), span, message) for span in stretches(near)]
-    return flags
+    wrong = widened(wrong, wrong, JOINED)
+    return [
+        Flag("swap", (name,), span, f"{name} lies where the order and the distances along the body do not allow it")
+        for column, name in enumerate(names[k] for k in middle)
+        for span in stretches(wrong[:, column])
+    ]
+
+
+def _mid_line(place_m: np.ndarray) -> list[int]:
+    """Return the numbers of the markers on the mid line, of those at (m, 3), from the nose on."""
+    return [int(k) for k in np.argsort(place_m[:, 0], kind="stable") if abs(place_m[k, 1]) < MIDDLE_M]
 
 
 def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -106,15 +114,15 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
     """
     found, dots_px = np.zeros(at_px.shape[:2], bool), at_px[:, seen]
     bad = _contradicts(dots_px, along_px, seen)
-    doubtful = np.flatnonzero(~bad & (_departure(dots_px, along_px, seen) > LIKELIER))
+    doubtful = np.flatnonzero(~bad & (_departure(dots_px, along_px, seen) > LIKELIER_NAMES))
     if len(doubtful):
-        bad[doubtful] = _gain_by_other_names(dots_px[doubtful], along_px, seen) > LIKELIER
+        bad[doubtful] = _gain_by_other_names(dots_px[doubtful], along_px, seen) > LIKELIER_NAMES
     frames = np.flatnonzero(bad)
     found[np.ix_(frames, seen[seen > 1])] = True
     mended = np.zeros((len(frames), len(seen)), bool)
     for one in range(len(seen) if len(frames) and len(seen) > 3 else 0):
         rest_px, rest = np.delete(dots_px[frames], one, axis=1), np.delete(seen, one)
-        sure = _gain_by_other_names(rest_px, along_px, rest) < -SURER
+        sure = _gain_by_other_names(rest_px, along_px, rest) < -SURE_NAMES
         mended[:, one] = sure & ~_contradicts(rest_px, along_px, rest)
     by_one = mended.any(axis=1)
     found[frames[by_one]] = False
@@ -144,21 +152,22 @@ def _contradicts(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -
     length_px = np.maximum(np.linalg.norm(step_px, axis=2), 1e-9)
     across = (step_px[:, :-1] * step_px[:, 1:]).sum(axis=2) / (length_px[:, :-1] * length_px[:, 1:])
     folded = (across < np.cos(np.deg2rad(FOLD_DEG))).any(axis=1)
-    return np.asarray(folded | (_departure(dots_px, along_px, names) > IMPOSSIBLE))
+    return np.asarray(folded | (_departure(dots_px, along_px, names) > MOST_DEPARTURE))
 
 
 def _departure(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
     """Return the sum (f,) of squares of what steps depart by, in standard deviations; as for `_contradicts`."""
     missed, usual_px = np.diff(names), np.maximum(np.diff(along_px[names]), 1.0)  # (s - 1,)
     ratio = np.maximum(np.linalg.norm(np.diff(dots_px, axis=1), axis=2), 1e-9) / usual_px
-    scale = ratio[:, :1] if tuple(names[:2]) == (0, 1) else np.median(ratio, axis=1, keepdims=True)  # of a stiff head
+    has_head = tuple(names[:2]) == (0, 1)
+    scale = ratio[:, :1] if has_head else np.median(ratio, axis=1, keepdims=True)  # the head does not bend
     half = np.deg2rad(BEND_DEG) / 2
-    bent = np.log(np.abs(np.sin(missed * half) / (missed * np.sin(half))))  # of chord over arc
+    chord_over_arc = np.abs(np.sin(missed * half) / (missed * np.sin(half)))
     if names[-1] == len(along_px) - 1:
-        bent[-1] = min(bent[-1], np.log(FIN_GIVES_WAY))
+        chord_over_arc[-1] = min(chord_over_arc[-1], SHORTEST_FIN)
     off, placed_in_px = np.log(ratio / scale), np.maximum(scale, 0.5) * usual_px  # a head of no length has no scale
-    off = np.where(off > 0, off, np.minimum(off - bent, 0.0)) / np.hypot(STEP_SD, PLACED_PX / placed_in_px)
-    return np.asarray((off**2).sum(axis=1))
+    beyond = np.where(off > 0, off, np.minimum(off - np.log(chord_over_arc), 0.0))
+    return np.asarray(((beyond / np.hypot(STEP_SD, PLACED_PX / placed_in_px)) ** 2).sum(axis=1))
 
 
 def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
@@ -198,7 +207,7 @@ def _renamed(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     which = np.searchsorted(since, np.arange(len(position)), side="right") - 1  # (n,) the naming of each frame
     dots = np.take_along_axis(position, np.argsort(namings, axis=1)[which][..., None], axis=1)
     place = layout.marker_positions_m(names)
-    middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
+    middle = _mid_line(place)
     length = [np.nansum(np.linalg.norm(np.diff(dots[:, naming[middle]], axis=1), axis=2)) for naming in namings]
     right = namings[int(np.argmin(np.round(length, 3)))]
     flags = []

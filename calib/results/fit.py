@@ -25,7 +25,7 @@ from fitting.calibration_file import CalibrationResult, PublishedResult, TrialRe
 from fitting.session_forecast import SessionForecast
 from fitting.structure import Structure
 from reports.answers import Answers, answers_of
-from reports.words import counted, in_mm, in_words, is_beaten, misses, share_of, shown
+from reports.words import counted, holds_against_rules, in_mm, in_words, misses, share_of, shown
 from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
@@ -207,7 +207,7 @@ class FitResult(Result):
             return "off"
         if not self.forecasts.held_out:
             return "unchecked"
-        if not is_beaten(self.forecasts):
+        if not holds_against_rules(self.forecasts):
             return "worse_than_baseline"
         if self.answers.caveats:
             return "doubtful"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import calib as front
 from fitting.forecast import Scatter
 from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
-from reports.words import compared_with_best, is_beaten
+from reports.words import compared_with_best, holds_against_rules
 from swimcal.flags import Flag
 from tests.calib.door import Front, calibration_of, files_in
 from tests.swimcal.sample import FISHSIM, needs_fishsim
@@ -73,7 +73,7 @@ def test_an_error_of_the_scale_is_not_the_twins(speeds: list[float], sd: float, 
     }
     forecasts = SessionForecast(Scatter(), trials, sd)
     gain = forecasts.gain_of_twin("line")
-    assert is_beaten(forecasts)
+    assert holds_against_rules(forecasts)
     assert gain.interval is not None
     assert gain.interval[1] > 0
     if gain.mean < 0:
@@ -88,7 +88,7 @@ def test_a_twin_as_good_as_speeds_are_measured_is_not_worse_than_a_better_rule(t
         sign: ForecastTrial("holdout", 1.0, 0.1, {"twin": Forecast(0.1 + by * twin / 1000), "line": Forecast(0.1001)})
         for sign, by in (("up", 1), ("down", -1))
     }
-    assert is_beaten(SessionForecast(Scatter(), trials, 0.02)) == as_good
+    assert holds_against_rules(SessionForecast(Scatter(), trials, 0.02)) == as_good
 
 
 def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
 
 from diagnosis.evidence import Priors
 from diagnosis.hypotheses import Probabilities, average_hypotheses, error_sizes
-from diagnosis.linear_model import LinearModel
 from diagnosis.places import ForceResponses, LocalDiscrepancy, across, likely_of, local_discrepancies
 from diagnosis.verdict import verdict_of
 from fitting.signatures import signature_of
@@ -80,8 +77,7 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     lagging = next(each for each in elsewhere if (each.place, each.same) == ("marker tail_4", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
     gap *= 15 / np.linalg.norm(linear().space.projected(gap))
-    here: LinearModel = replace(linear())
-    here.__dict__.update(residual=linear().residual + gap, slopes=linear().slopes, generic=linear().generic)
+    here = linear().with_residual(linear().residual + gap)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
     known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
     found = average_hypotheses(error_sizes(here, known), known, Priors(), elsewhere).probabilities

@@ -53,9 +53,7 @@ def noise(random: np.random.Generator) -> np.ndarray:
 
 def leaving(left: np.ndarray) -> LinearModel:
     """The same swims, of which the plain twin leaves this (k,)."""
-    found = replace(linear())
-    found.__dict__.update(residual=left, slopes=linear().slopes, generic=linear().generic)
-    return found
+    return linear().with_residual(left)
 
 
 @pytest.mark.long
