@@ -88,3 +88,7 @@ class Job:
     def progress(self, message: str, share: float | None = None) -> None:
         """Report what is going on, and the share done where it is known."""
         self.options.progress(message, share)
+
+    def progress_of(self, step: str) -> Progress:
+        """Return the progress of one step, whose shares are its own: the messages begin with its name."""
+        return lambda message, share: self.options.progress(f"{step}: {message}", share)

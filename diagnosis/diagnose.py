@@ -49,7 +49,7 @@ from diagnosis.verdict import (
     verdict_of,
     without_refuted,
 )
-from diagnosis.where import GapComponent, VarianceDecomposition, decompose
+from diagnosis.where import GapComponent, VarianceDecomposition, decompose, shares_by_stage
 from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
@@ -172,8 +172,8 @@ def diagnose(
     if data.reference is None and all(trial.logged_hz is None for trial in data.of_role(fitted=True)):
         effects = {name: effect for name, effect in effects.items() if not effect.needs_log}
     weigh = _weigh if data.reference is None else _weigh_change
-    weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.6))
-    weighed, said, refitting = _name_beside_likelier_error(weighed, effects, settings, part_of(tell, 0.6, 0.8))
+    weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.78))
+    weighed, said, refitting = _name_beside_likelier_error(weighed, effects, settings, part_of(tell, 0.78, 0.88))
     doubted = data.doubted
     if doubted and said.verdict.effects:
         if said.best is not None and data.reference is None:
@@ -183,12 +183,12 @@ def diagnose(
     if said.verdict.name == "no_gap" and any(_wobbles(trial) for trial in data.of_role(fitted=True)):
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)  # features do not show it
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
-    tell("held-out swims", 0.8)
+    tell("held-out swims", 0.88)
     gap = swims.gap(best)
     if gap.grows and (left := without_refuted(said, gap, weighed.hypotheses, refitting)) is not said:
         said, best = left, left.best
         gap = swims.gap(best)
-    tell("what to do next", 0.87)
+    tell("what to do next", 0.96)
     adequate = adequacy(weighed, best)
     unknown_at, unknown = _unknown(weighed) if adequate.p_value < ADEQUATE else ({}, {})
     return Diagnosis(
@@ -253,6 +253,7 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = _signatures(linear, effects, tell)
+    tell("how large the twin's own error is", 0.55)
     return _weighed(data, error_sizes(linear, signatures, priors), signatures, priors, tell)
 
 
@@ -277,7 +278,7 @@ def _weigh_change(data: SessionData, effects: Mapping[str, Effect], priors: Prio
 def _signatures(linear: LinearModel, effects: Mapping[str, Effect], tell: Progress) -> tuple[Signature, ...]:
     found = []
     for number, effect in enumerate(effects.values()):
-        tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
+        tell(f"what {effect.name.replace('_', ' ')} would do", 0.13 + 0.42 * number / len(effects))
         found.append(signature_of(effect, linear.model, linear.camera, linear.at))
     return tuple(found)
 
@@ -290,10 +291,10 @@ def _weighed(
     tell: Progress,
 ) -> WeighedEvidence:
     """Weigh all hypotheses; missing forces do not depend on what is assumed."""
-    tell("missing forces", 0.6)
+    tell("missing forces", 0.7)
     linear = assumptions[0].linear
     forces = responses(linear)
-    tell("weighing hypotheses", 0.66)
+    tell("weighing hypotheses", 0.83)
     elsewhere = local_discrepancies(linear, forces)
     found = average_hypotheses(assumptions, signatures, priors, elsewhere)
     return WeighedEvidence(
@@ -396,8 +397,8 @@ def _not_followed(linear: LinearModel, best: Refit) -> tuple[str, ...]:
 
 def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
     linear = weighed.linear.with_residual(best.residual)
-    where = decompose(linear, weighed.forces, weighed.signatures, placed=weighed.placed)
-    stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
+    shares = shares_by_stage(linear, weighed.forces, weighed.signatures, weighed.placed)
+    stages = {stage: share for stage, share in shares.items() if stage != "floor"}
     squares, freedom = _squares_left(linear, best)
     share = _share_left(weighed.linear, best)
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(squares, freedom)))

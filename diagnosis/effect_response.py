@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from fitting.signatures import Signature, Whitened, pieces
@@ -133,7 +132,7 @@ def _ranges(signature: Signature, number: int, space: Whitened, strongest: float
     if not all_pieces:
         return []
     rows = sd * np.array([piece.slope for piece in all_pieces])
-    columns, norms = space.projected(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
+    columns, norms = space.projected(rows), np.linalg.norm(space.whitened(rows), axis=1)
     found: list[_Range] = []
     for piece, row, column, norm in zip(all_pieces, rows, columns, norms, strict=True):
         last = found[-1] if found else None

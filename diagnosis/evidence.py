@@ -21,7 +21,6 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.special import log_ndtr
 
 from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
@@ -30,6 +29,7 @@ from fitting.signatures import Whitened
 
 _USUAL_SD = 3.0  # strengths at which form errors are taken, in standard deviations: not held back, but finite
 _TINY = 1e-12  # keeps logarithms and quotients finite
+_NO_VARIANCE = 1e-13  # share of the largest variance of an unknown effect up to which one is rounding
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,7 @@ class Residual:
     turn: np.ndarray
     value: np.ndarray
     spread: np.ndarray
+    _turned: dict[LinearResponse, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -114,11 +115,17 @@ class Residual:
         share = LOOSE if like else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(like)) * part for part in like]
-        square = np.asarray(np.linalg.qr(np.hstack(parts).T, mode="r")).T  # fewer columns with the same covariance
-        turn, singular, _ = np.linalg.svd(square, full_matrices=False)
-        inside = singular > 1e-9 * singular[0]
-        spread, turn = singular[inside] ** 2, turn[:, inside].T
+        columns = np.hstack(parts)
+        spread, turn = np.linalg.eigh(columns @ columns.T)
+        inside = spread > _NO_VARIANCE * spread[-1]
+        spread, turn = spread[inside], turn[:, inside].T
         return cls(turn, turn @ space.projected(residual), spread / spread.mean())
+
+    def columns_of(self, response: LinearResponse) -> np.ndarray:
+        """Return the columns (q, p) of a response, of one standard deviation each; they are turned once."""
+        if response not in self._turned:
+            self._turned[response] = self.turn @ response.columns
+        return self._turned[response]
 
 
 class GaussianEvidence(NamedTuple):
@@ -150,7 +157,7 @@ def gaussian_evidence(
         return _evidence_by_part(residual, responses, other, priors)
     axes = [*map(_sizes, responses), SIZES if other else [0.0], priors.form_error if responses else [0.0]]
     grid = np.array(list(product(*axes)))  # (s, r + 2)
-    parts = [residual.turn @ each.columns / each.size for each in responses]
+    parts = [residual.columns_of(each) / each.size for each in responses]
     columns = np.hstack([np.zeros((len(residual.value), 0)), *parts])  # (q, p)
     whose = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
     sizes = grid[:, whose]  # (s, p)
@@ -230,7 +237,7 @@ def _evidence_by_part(
     F holds the parts of what all effects do together, at the strengths that come nearest to the residual: two that
     nearly cancel have no more form error than what is left of them.
     """
-    columns = np.hstack([residual.turn @ each.columns for each in responses])  # (q, p)
+    columns = np.hstack([residual.columns_of(each) for each in responses])  # (q, p)
     own = np.array([each.columns.shape[1] for each in responses])
     ridge = np.eye(len(columns.T)) / _USUAL_SD**2
     strength = np.linalg.solve(columns.T @ columns + ridge, columns.T @ residual.value)
@@ -297,13 +304,14 @@ def _mean(logs: Sequence[float] | np.ndarray) -> float:
     return float(np.logaddexp.reduce(logs) - np.log(len(logs))) if len(logs) else -np.inf
 
 
-def _log_gain(white: np.ndarray, columns: np.ndarray) -> float:
-    """Return the log Bayes factor of more columns (q, b), all of one size.
+def _log_gain(products: np.ndarray) -> float:
+    """Return the log Bayes factor of b more columns, all of one size.
 
-    The rest of the residual (q,) is white.
+    Args:
+        products: (1 + b, 1 + b) of the residual and these columns, in the inverse of the covariance of the rest.
     """
-    squares, turn = np.linalg.eigh(columns.T @ columns)
-    along = turn.T @ (columns.T @ white)
+    squares, turn = np.linalg.eigh(products[1:, 1:])
+    along = turn.T @ products[1:, 0]
     grown = 1 + np.outer(SIZES**2, np.maximum(squares, 0.0))  # (s, b)
     return _mean(0.5 * (np.outer(SIZES**2, along**2) / grown - np.log(grown)).sum(axis=1))
 
@@ -354,13 +362,9 @@ class Hypotheses:
         if not self.places or len(responses) < len(present):
             return np.full(len(self.places), -np.inf)
         found = gaussian_evidence(self.like_any, responses, False, self.priors)
-        root = np.linalg.cholesky(np.diag(found.variance) + found.columns @ found.columns.T)
-        white = solve_triangular(root, np.column_stack([self.like_any.value, *self._columns_at_places]), lower=True)
-        weights, ends = (
-            np.array([weight for weight, _ in self.places]),
-            np.cumsum([p.shape[1] for p in self._columns_at_places]),
-        )
-        gained = [_log_gain(white[:, 0], part) for part in np.split(white[:, 1:], ends[:-1], axis=1)]
+        rest, value = CovarianceOfRest(found.variance, found.columns), self.like_any.value
+        gained = [_log_gain(rest.products(np.column_stack([value, own]))) for own in self._columns_at_places]
+        weights = np.array([weight for weight, _ in self.places])
         prior = np.log(weights / weights.sum()) - np.log(2 if present else 1)
         shares = sum(self._of_effect(i, False) - max(self._alone[False][i]) for i in present)
         return np.asarray(found.evidence + prior + shares + gained)
@@ -424,9 +428,9 @@ class Hypotheses:
     @cached_property
     def _changes(self) -> list[np.ndarray]:
         """Change (k,) that each effect alone makes, whitened, where it comes nearest to the residual."""
-        turn, value = self.like_any.turn, self.like_any.value
+        seen, nothing = self.like_any, np.zeros(self.like_any.turn.shape[1])
         return [
-            np.zeros(turn.shape[1]) if each is None else each.columns @ each.nearest(value, turn @ each.columns)
+            nothing if each is None else each.columns @ each.nearest(seen.value, seen.columns_of(each))
             for each in self.best
         ]
 

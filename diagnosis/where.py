@@ -13,14 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag, cho_solve, cholesky
-from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from diagnosis.constants import TAKEN
 from diagnosis.linear_model import LinearModel
 from diagnosis.places import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
 from diagnosis.result import GapShares, MissingForces
-from fitting.covariance import harmonic_decay
+from fitting.covariance import harmonic_decay, inverse_of
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
 from fitting.features import COURSE, SPEED, harmonics_of, marker_part, marker_slice, places_of_slides
 from fitting.signatures import Signature, pieces
@@ -80,8 +79,46 @@ def decompose(
         placed: unknown effects at one place that explain what they can.
         unknown: columns (k, q) of the laws of an unknown effect that explain what they can; default: none.
     """
+    found = _split_by_stage(linear, responses, signatures, named, placed, unknown or {})
+    return VarianceDecomposition(
+        shares=GapShares(found.shares, **_split(linear, found.residual)),
+        alone=_alone(found.target, found.projected),
+        forces=_forces(linear, responses, found.projected, found.fit),
+        parts=np.array([found.parts[stage] for stage in STAGES]),
+    )
+
+
+def shares_by_stage(
+    linear: LinearModel,
+    responses: ForceResponses,
+    signatures: Sequence[Signature],
+    placed: Sequence[LocalDiscrepancy] = (),
+) -> Mapping[str, float]:
+    """Return the share of each stage alone, as in `decompose` without named effects, in less time."""
+    return _split_by_stage(linear, responses, signatures, (), placed, {}).shares
+
+
+class _Split(NamedTuple):
+    """The residual (k,) less what coefficients explain, its projection (q,), and what each stage has of it."""
+
+    residual: np.ndarray
+    target: np.ndarray
+    projected: Mapping[GapComponent, np.ndarray]
+    fit: "_Fit"
+    shares: Mapping[str, float]
+    parts: Mapping[str, np.ndarray]
+
+
+def _split_by_stage(
+    linear: LinearModel,
+    responses: ForceResponses,
+    signatures: Sequence[Signature],
+    named: Collection[str],
+    placed: Sequence[LocalDiscrepancy],
+    unknown: Mapping[GapComponent, np.ndarray],
+) -> _Split:
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
-    columns_of = _components(linear, responses, signatures, named, placed, unknown or {})
+    columns_of = _components(linear, responses, signatures, named, placed, unknown)
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
     fit, total = _fit_sizes(target, projected), float(target @ target)
@@ -92,12 +129,7 @@ def decompose(
         parts[component.stage] += columns_of[component] @ amplitude
     shares["floor"] = float(target @ fit.solved) / total
     parts["floor"] = residual - sum(parts.values())
-    return VarianceDecomposition(
-        shares=GapShares(shares, **_split(linear, residual)),
-        alone=_alone(target, projected),
-        forces=_forces(linear, responses, projected, fit),
-        parts=np.array([parts[stage] for stage in STAGES]),
-    )
+    return _Split(residual, target, projected, fit, shares, parts)
 
 
 def _components(
@@ -231,8 +263,8 @@ def likeliest_sizes(target: np.ndarray, parts: list[np.ndarray]) -> tuple[np.nda
     def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
         covariance = np.eye(len(target)) + sum(np.exp(2 * s) * gram for s, gram in zip(ln_sizes, grams, strict=True))
         root = cholesky(covariance, lower=True)
-        solved, half = cho_solve((root, True), target), dpotri(root, lower=True)[0]  # the inverse's lower triangle
-        against = 2 * np.tril(half) - np.diag(np.diag(half)) - np.outer(solved, solved)
+        solved = cho_solve((root, True), target)
+        against = inverse_of(root) - np.outer(solved, solved)
         slope = [2 * np.exp(2 * s) * np.vdot(against, gram) for s, gram in zip(ln_sizes, grams, strict=True)]
         return float(target @ solved + 2 * np.log(np.diag(root)).sum()), np.array(slope)
 

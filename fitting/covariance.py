@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from fitting.features import (
@@ -218,8 +219,8 @@ class Covariance:
             pull = cho_solve(factor, residual)
             off = (ln_sizes - mean) / sd
             value = 0.5 * residual @ pull + np.log(np.diag(factor[0])).sum() + 0.5 * off @ off
-            inner = cho_solve(factor, np.eye(len(residual))) - np.outer(pull, pull)
-            slope = np.array([share * (inner * unit).sum() for share, unit in zip(shares, units, strict=True)])
+            inner = inverse_of(factor[0]) - np.outer(pull, pull)
+            slope = np.array([share * np.vdot(inner, unit) for share, unit in zip(shares, units, strict=True)])
             return float(value), slope + off / sd
 
         begin = np.log([start[name] for name in names])
@@ -227,6 +228,12 @@ class Covariance:
         within = list(zip(mean - _FARTHEST * sd, mean + _FARTHEST * sd, strict=True))
         found = minimize(deviance, begin, jac=True, method="L-BFGS-B", bounds=within, options=options)
         return dict(zip(names, map(float, np.exp(found.x)), strict=True)), float(found.fun)
+
+
+def inverse_of(root: np.ndarray) -> np.ndarray:
+    """Return the inverse (k, k) of a covariance, from its lower Cholesky factor (k, k)."""
+    half = np.tril(dpotri(root, lower=True)[0])
+    return np.asarray(half + half.T - np.diag(np.diag(half)))
 
 
 def apart(covariance: np.ndarray, observed: np.ndarray, variance: float = 1e-6) -> np.ndarray:

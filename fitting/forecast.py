@@ -6,7 +6,7 @@ first beats tell what is its own: trim, registration of the head frame, boxes. `
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -235,6 +235,7 @@ def forecast_new(
     return found, _condition(mode, block, jacobian, _early_block(mode, windows.early, block, scatter))
 
 
+@lru_cache(maxsize=4)
 def scatter_of(mode: Mode) -> Scatter:
     """Estimate the scatter of windows from the fitted trials, each divided after its first two beats.
 

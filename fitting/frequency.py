@@ -77,60 +77,53 @@ def standard_error(
     block = np.arange(len(residual)) // max(round(frames_per_beat / BLOCKS_PER_BEAT), 1)
     total = _sum_blocks(weight, block)  # (b, k)
     pull = _sum_blocks(weight * slope, block)  # (b, k) of each block's mean residual on the frequency
-    markers = []
+    groups: dict[bytes, list[tuple[int, np.ndarray]]] = {}
     for k in range(residual.shape[1]):
-        used = np.flatnonzero(total[:, k] > 0)
+        used = total[:, k] > 0
         series = np.column_stack([residual[:, k], columns, slope[:, k]])
         mean = _sum_blocks(weight[:, k : k + 1] * series, block)[used] / total[used, k : k + 1]
-        markers.append(_Marker(used, mean[:, 0], mean[:, 1:]))
+        if len(mean) > columns.shape[1] + 1:
+            groups.setdefault(used.tobytes(), []).append((k, mean))
     curvature = float((weight * slope**2).sum())
-    if curvature <= 0 or all(marker.freedom <= 0 for marker in markers):
+    if curvature <= 0 or not groups:
         return float("nan")
-    spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in CORRELATIONS]).T
+    fresh, deviances = np.zeros((len(CORRELATIONS), *pull.shape)), np.zeros(len(CORRELATIONS))
+    for seen, members in groups.items():
+        blocks, markers = np.flatnonzero(np.frombuffer(seen, bool)), [k for k, _ in members]
+        found, own = _innovations(blocks, np.stack([mean for _, mean in members]))
+        fresh[:, blocks[:, None], markers] = found
+        deviances += own
+    spreads = [_spread(pull, each, correlation) for each, correlation in zip(fresh, CORRELATIONS, strict=True)]
     spread = softmax(-deviances / 2) @ spreads  # the correlation is not known either
     return float(np.sqrt(spread)) / curvature
 
 
-@dataclass(frozen=True, eq=False)
-class _Marker:
-    """Mean residuals (b,) and regressors (b, c) of one marker in its usable blocks."""
+def _innovations(blocks: np.ndarray, means: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the residuals of m markers freed of each correlation, over the root of their freedom, and the deviances.
 
-    blocks: np.ndarray
-    residual: np.ndarray
-    columns: np.ndarray
+    Args:
+        blocks: (b,) usable blocks, the same of these markers.
+        means: (m, b, 1 + c) mean residual and regressors of each marker in each block.
 
-    @property
-    def freedom(self) -> int:
-        return len(self.residual) - self.columns.shape[1]
-
-    def innovations(self, correlation: float) -> tuple[np.ndarray, float]:
-        """Return the residuals (b,) freed of their correlation, and their restricted deviance."""
-        carried = np.append(0.0, correlation ** np.diff(self.blocks))  # (b,) from the block before
-        scale = np.sqrt(1 - carried**2)
-
-        def whitened(series: np.ndarray) -> np.ndarray:
-            before = np.concatenate([series[:1], series[:-1]])
-            return ((series.T - carried * before.T) / scale).T
-
-        columns = whitened(self.columns)
-        basis, triangle = np.linalg.qr(columns)
-        fresh = whitened(self.residual)
-        fresh = fresh - basis @ (basis.T @ fresh)
-        variance = float(fresh @ fresh) / self.freedom + 1e-30
-        log_volume = 2 * float(np.log(np.abs(np.diag(triangle)) + 1e-30).sum())
-        return fresh, self.freedom * np.log(variance) + log_volume + 2 * float(np.log(scale).sum())
+    Returns:
+        (r, b, m) residuals and (r,) restricted deviances, for r correlations.
+    """
+    gaps, freedom = np.diff(blocks), means.shape[1] - means.shape[2] + 1
+    carried = np.column_stack([np.zeros(len(CORRELATIONS)), np.power.outer(CORRELATIONS, gaps)])[:, None, :, None]
+    scale = np.sqrt(1 - carried**2)  # (r, 1, b, 1); what is carried is from the block before
+    white = (means - carried * np.concatenate([means[:, :1], means[:, :-1]], axis=1)) / scale  # (r, m, b, 1 + c)
+    basis, triangle = np.linalg.qr(white[..., 1:])
+    fresh = white[..., 0] - (basis @ (np.swapaxes(basis, 2, 3) @ white[..., :1]))[..., 0]  # (r, m, b)
+    variance = (fresh**2).sum(axis=2) / freedom + 1e-30
+    volume = 2 * np.log(np.abs(np.diagonal(triangle, axis1=2, axis2=3)) + 1e-30).sum(axis=2)
+    deviance = freedom * np.log(variance) + volume + 2 * np.log(scale).sum(axis=(2, 3))  # (r, m)
+    return np.swapaxes(fresh, 1, 2) / np.sqrt(freedom), deviance.sum(axis=1)
 
 
-def _spread(pull: np.ndarray, markers: list[_Marker], correlation: float) -> tuple[float, float]:
-    """Return the variance of the sum of all pulls (b, k) for this correlation, and its restricted deviance."""
-    fresh, deviance = np.zeros_like(pull), 0.0
-    for k, marker in enumerate(markers):
-        if marker.freedom > 0:
-            innovations, own = marker.innovations(correlation)
-            fresh[marker.blocks, k] = innovations / np.sqrt(marker.freedom)
-            deviance += own
+def _spread(pull: np.ndarray, fresh: np.ndarray, correlation: float) -> float:
+    """Return the variance of the sum of all pulls (b, k), by innovations (b, k) of one correlation."""
     reach = 2 * lfilter([1.0], [1.0, -correlation], pull, axis=0) - pull
-    return float(np.einsum("bk,kl,bl->", reach, fresh.T @ fresh, pull)), deviance
+    return float(np.einsum("bk,kl,bl->", reach, fresh.T @ fresh, pull))
 
 
 def _sum_blocks(values: np.ndarray, block: np.ndarray) -> np.ndarray:

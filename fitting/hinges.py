@@ -61,13 +61,23 @@ class DecayTwin:
         markers: names of the m markers wanted.
         scene: head clamped in air without tendons; its time step.
         workers: threads; 0 for all cores.
+        extrapolated: whether that is done; without, decays are those of the scene's step, for comparison with others
+            of the same step.
     """
 
-    def __init__(self, robot: RobotSpec, markers: tuple[str, ...], scene: Scene = DECAY, workers: int = 0) -> None:
+    def __init__(
+        self,
+        robot: RobotSpec,
+        markers: tuple[str, ...],
+        scene: Scene = DECAY,
+        workers: int = 0,
+        *,
+        extrapolated: bool = True,
+    ) -> None:
         self.hinges = len(robot.hinges)
         self._step_s, self._workers = scene.timestep_s, workers_of(workers)
-        halved = replace(scene, timestep_s=scene.timestep_s / 2)
-        self._models = [build_mjcf(robot, scene=each).compile() for each in (scene, halved)]
+        scenes = [scene, replace(scene, timestep_s=scene.timestep_s / 2)] if extrapolated else [scene]
+        self._models = [build_mjcf(robot, scene=each).compile() for each in scenes]
         self._kinematics = MarkerKinematics(robot, markers)
         joints = [self._models[0].joint(name) for name in robot.hinges]
         self._joint = [joint.id for joint in joints]
@@ -89,9 +99,9 @@ class DecayTwin:
             (n, f, m, 2) in the robot frame, m; nan where a simulation blew up.
         """
         steps = max(int(np.ceil(time_s.max() / self._step_s)), 4)
-        coarse = self._roll(0, stiffness_n_m, damping_n_m_s, start, steps)
-        fine = self._roll(1, stiffness_n_m, damping_n_m_s, start, 2 * steps)[:, ::2]
-        states = 2 * fine - coarse  # (n, steps + 1, h)
+        states = self._roll(0, stiffness_n_m, damping_n_m_s, start, steps)  # (n, steps + 1, h)
+        if len(self._models) > 1:
+            states = 2 * self._roll(1, stiffness_n_m, damping_n_m_s, start, 2 * steps)[:, ::2] - states
         with np.errstate(invalid="ignore"):
             wild = ~(np.abs(states).max(axis=(1, 2)) < 2 * PLAUSIBLE_HINGE_RAD)
         states[wild] = 0.0

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
 from fitting.features import FeatureReader
-from fitting.pool import determined, smooth_swim
+from fitting.pool import determined, patterns_of, smooth_swim
 
 _HARMONICS = 5  # harmonics that are taken out
 _DRIFT = 3  # degree of the drift that is taken out
@@ -110,8 +110,7 @@ def across_markers(
         parts: (n, n) covariance in time of each part.
         correlation: (n, n) in time of them all and of white noise.
     """
-    masks, which = np.unique(usable, axis=1, return_inverse=True)
-    which = which.ravel()
+    masks, which = patterns_of(usable)
     shown = determined(columns, masks, _WORST)
     restricted = [_restrict(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
     reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
@@ -350,11 +349,11 @@ class _Group:
 
 def _by_mask(usable: np.ndarray, position_m: np.ndarray, columns: np.ndarray) -> list[_Group]:
     """Group markers by the frames they are seen in, if these determine drift and harmonics."""
-    masks, which = np.unique(usable, axis=1, return_inverse=True)
+    masks, which = patterns_of(usable)
     shown = determined(columns, masks, _WORST)
     shown = shown if shown.any() else masks.sum(axis=0) == masks.sum(axis=0).max()
     groups = []
     for number in np.flatnonzero(shown):
-        frames, markers = np.flatnonzero(masks[:, number]), np.flatnonzero(which.ravel() == number)
+        frames, markers = np.flatnonzero(masks[:, number]), np.flatnonzero(which == number)
         groups.append(_Group(frames, markers, position_m[np.ix_(frames, markers)].reshape(len(frames), -1)))
     return groups

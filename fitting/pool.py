@@ -191,6 +191,14 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
 
 
+def patterns_of(usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the p different patterns (n, p) among the columns (n, m) of a mask, and which of these each is, (m,)."""
+    places: dict[bytes, int] = {}
+    which = np.array([places.setdefault(column.tobytes(), len(places)) for column in usable.T], int)
+    first = [int(np.flatnonzero(which == place)[0]) for place in range(len(places))]
+    return usable[:, first], which
+
+
 def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:
     """Tell which series have the samples that a regression needs.
 
@@ -205,14 +213,14 @@ def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_
     """
     count, squares = columns.shape[1], np.maximum((columns**2).sum(axis=0), 1e-300)  # n times the mean squares
     scaled = columns / np.sqrt(squares)
-    masks, which = np.unique(usable, axis=1, return_inverse=True)
+    masks, which = patterns_of(usable)
     good = np.zeros(masks.shape[1], bool)
     for number, mask in enumerate(masks.T):
         if mask.sum() >= _FRAMES_A_COLUMN * count:
             values, vectors = np.linalg.eigh(scaled[mask].T @ scaled[mask])
             if values[0] > 1e-12:
                 good[number] = bool(((vectors**2 / values).sum(axis=1) <= worst).all())
-    return good[which.ravel()]
+    return good[which]
 
 
 # The forward speed.

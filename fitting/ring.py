@@ -3,7 +3,7 @@
 A released tail rings in air, without water and tendons, so its `Ring` depends on hinges, masses and the clock alone.
 `ring_changes` tells how an effect moves the two numbers: the effect acts on a twin with the fitted hinges, released in
 the fitted pose, which swings as the tail did, however far off the description is; its numbers are those of the hinges
-with which the plain twin would swing as that one does.
+with which the plain twin would swing as that one does. Both take the same step, whose error so cancels.
 """
 
 from collections.abc import Sequence
@@ -101,12 +101,8 @@ class Ring:
         """
         values = np.zeros((1, sum(len(effect.parameters) for effect in effects))) if values is None else values
         robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.residual))
-        scenes = [replace(self._scene, timestep_s=self._scene.timestep_s / share) for share in (1, 2)]
-        coarse, fine = (
-            self._swings(_ReleasedTwin(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
-            for scene in scenes
-        )
-        return self._match(2 * fine - coarse)
+        plain = Twin(robot, twin.markers, self._scene, twin.workers)
+        return self._match(self._swings(_ReleasedTwin(plain, effects, self.start_rad), values))
 
     def _swings(self, released: "_ReleasedTwin", values: np.ndarray) -> np.ndarray:
         """Simulate the motion across the body (s, n, k), m."""
@@ -173,7 +169,7 @@ class Ring:
 
     @cached_property
     def _plain(self) -> DecayTwin:
-        return DecayTwin(self.robot, self.trial.markers, self._scene, workers=1)
+        return DecayTwin(self.robot, self.trial.markers, self._scene, workers=1, extrapolated=False)
 
 
 def shows_in_decays(effect: Effect) -> bool:

@@ -129,13 +129,26 @@ class Whitened:
         """
         return cls(np.linalg.cholesky(covariance), slopes, prior_sd**-2.0)
 
+    @cached_property
+    def _whitening(self) -> np.ndarray:
+        """Matrix (k, k) that whitens rows: the inverse of the root, transposed."""
+        return solve_triangular(self.root, np.eye(len(self.root)), lower=True).T
+
+    @cached_property
+    def _projection(self) -> np.ndarray:
+        """Matrix (k, k + 5) that whitens rows and takes out what coefficients can explain."""
+        slopes = np.vstack([self._whitening.T @ self.slopes, np.diag(np.sqrt(self.precision))])
+        white = np.hstack([self._whitening, np.zeros((len(self.root), len(self.precision)))])
+        explained, _ = np.linalg.qr(slopes)
+        return white - (white @ explained) @ explained.T
+
+    def whitened(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (..., k) whitened, of the same shape."""
+        return np.asarray(rows @ self._whitening)
+
     def projected(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (..., k) whitened, less what coefficients can explain, (..., k + 5); norms are distances."""
-        white = solve_triangular(self.root, rows.reshape(-1, rows.shape[-1]).T, lower=True)  # (k, q)
-        slopes = np.vstack([solve_triangular(self.root, self.slopes, lower=True), np.diag(np.sqrt(self.precision))])
-        white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
-        residual = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
-        return residual.T.reshape(*rows.shape[:-1], -1)
+        return np.asarray(rows @ self._projection)
 
     @cached_property
     def log_volume(self) -> float:

@@ -392,7 +392,7 @@ def _list_added(found: DiagnosisResult) -> str:
 def _shrinkage(found: DiagnosisResult) -> str:
     gap = found.gap
     if not found.effect_parameters:
-        return "Nothing was added to the twin; this is its gap."
+        return "No effect is named, so nothing is added to the twin; this is its gap."
     added = _list_added(found)
     if isnan(gap.shrinkage):
         return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."

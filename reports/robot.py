@@ -1,7 +1,8 @@
 """Sections on robot and motor, with their figures.
 
-`build_robot` draws the robot from above and `build_structure` gives the numbers of its structure with their sources.
-`build_motor` shows commanded against measured speed, how evenly the motor turns, its clock, supply and temperature.
+`build_robot` draws the robot from above and from the side. `build_structure` gives the numbers of its structure with
+their sources. `build_motor` shows commanded against measured speed, how evenly the motor turns, its clock, supply and
+temperature.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,6 +28,7 @@ from reports.style import (
     Grid,
     Look,
     Margins,
+    add_panel,
     legend_on_top,
     name_panels,
     panel,
@@ -52,6 +54,7 @@ from swimcal.robot import RobotSpec
 
 # The robot
 _NAMES_APART_MM = 27.0  # least distance of two slanted names
+_ASIDE_MM = 20.0  # space about the robot seen from the side
 _ROUNDS = 50  # iterations that move the names apart
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
 
@@ -79,15 +82,19 @@ SUPPLY = table_head(
 
 
 @styled
-def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
-    """Draw head parts, crank, segments, tendons and fin as described; the markers in use are named."""
+def robot_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
+    """Draw the robot as described, from above and from the side; the markers in use are named."""
     places = robot.marker_positions_m(markers) * MM  # (m, 3)
     half_width = max(100.0, float(places[:, 1].max()) + 75, robot.crank.anchor_offset_m * MM + 30)
+    lowest, highest = _reach_up_and_down(robot, places[:, 2])
     nose = robot.markers["nose"].position_m[0] * MM
     left, right = nose - 45, nose + robot.length_m * MM + 75
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
-    height = width * 2 * half_width / (right - left) + _MARGINS.bottom + _MARGINS.top
-    figure, axes = panel(FULL_WIDTH_IN, height, _MARGINS)
+    in_a_mm = width / (right - left)
+    above, side = 2 * half_width * in_a_mm, (highest - lowest) * in_a_mm
+    figure, axes = panel(FULL_WIDTH_IN, above + side + _MARGINS.bottom + _MARGINS.top, _MARGINS)
+    axes.remove()
+    axes = add_panel(figure, (_MARGINS.left, _MARGINS.bottom + side), (width, above))
     axes.set(xlim=(left, right), ylim=(-half_width, half_width))
     axes.set_axis_off()
     draw_head(axes, robot)
@@ -95,7 +102,48 @@ def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     _draw_tendons(axes, robot)
     _draw_markers(axes, markers, places, half_width)
     _draw_scale(axes, left, right, half_width)
+    axes = add_panel(figure, (_MARGINS.left, _MARGINS.bottom), (width, side))
+    axes.set(xlim=(left, right), ylim=(lowest, highest))
+    axes.set_axis_off()
+    _draw_side(axes, robot, places)
+    axes.text(left + 8, highest, "from the side", va="top", fontsize=8, color=MUTED)
     return figure
+
+
+def _reach_up_and_down(robot: RobotSpec, markers_mm: np.ndarray) -> tuple[float, float]:
+    """Return the lowest and highest height that a view from the side shows, mm."""
+    boxes = [(part.centre_m[2], part.half_size_m[2]) for part in robot.head.part]
+    boxes += [(robot.head.fluid_centre_m[2], robot.head.fluid_half_size_m[2]), (0.0, robot.caudal_fin.span_m / 2)]
+    boxes += [(0.0, segment.half_height_m) for segment in robot.tail.segment]
+    lowest, highest = (max(sign * z + half for z, half in boxes) * MM for sign in (-1, 1))
+    return -lowest - _ASIDE_MM, max(highest, float(markers_mm.max())) + _ASIDE_MM
+
+
+def _draw_side(axes: Axes, robot: RobotSpec, places: np.ndarray) -> None:
+    """Draw head, segments, fin, hinges and markers at places (m, 3) from the side, mm."""
+    (x, _, z), (a, _, c) = np.array(robot.head.fluid_centre_m) * MM, np.array(robot.head.fluid_half_size_m) * MM
+    axes.add_patch(Ellipse((x, z), 2 * a, 2 * c, facecolor=SHADE, edgecolor=MUTED, linewidth=0.8))
+    for part in robot.head.part:
+        (x, _, z), (a, _, c) = np.array(part.centre_m) * MM, np.array(part.half_size_m) * MM
+        _add_box(axes, (x - a, x + a), (z - c, z + c), SHADE, alpha=0.75)
+    start, end = robot.tail.start_m * MM, robot.fin_root_x_m * MM
+    axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
+    for across, segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
+        _add_box(axes, across, (-segment.half_height_m * MM, segment.half_height_m * MM), SHADE)
+    axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
+    fin = robot.caudal_fin
+    middle, half_chord, half_span = end + fin.centre_m * MM, fin.chord_m / 2 * MM, fin.span_m / 2 * MM
+    _add_box(axes, (middle - half_chord, middle + half_chord), (-half_span, half_span), TWIN, alpha=0.35)
+    axes.plot(places[:, 0], places[:, 2], "o", color=INK, mfc=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
+
+
+def _add_box(
+    axes: Axes, across: tuple[float, float] | np.ndarray, up: tuple[float, float], face: str, alpha: float = 1.0
+) -> None:
+    """Add a box between two places along the robot and two heights, mm."""
+    box = Rectangle((across[0], up[0]), across[1] - across[0], up[1] - up[0], facecolor=face, edgecolor=MUTED)
+    box.set(linewidth=0.7, alpha=alpha)
+    axes.add_patch(box)
 
 
 def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE) -> None:
@@ -173,13 +221,13 @@ def _draw_scale(axes: Axes, left: float, right: float, half_width: float) -> Non
 def build_robot(context: ReportContext) -> Section:
     """Build the section with a sketch of the robot to scale."""
     robot = context.calibration.robot
-    planform = Plot(
-        planform_figure(robot, context.session.markers),
+    drawn = Plot(
+        robot_figure(robot, context.session.markers),
         "robot",
-        f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked markers, dots the "
-        "hinges, the orange lines the tendons.",
+        f"The robot from above and from the side, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the "
+        "tracked markers, dots the hinges, the orange lines the tendons.",
     )
-    return Section("Robot", "robot-sketch", (Plots((planform,)),))
+    return Section("Robot", "robot-sketch", (Plots((drawn,)),))
 
 
 def build_structure(context: ReportContext) -> Section:

@@ -332,7 +332,7 @@ def how_far(found: DiagnosisResult) -> str:
     beside = {} if isnan(line) else {"speed": f" (a line in frequency: {in_mm(line)})"}
     sizes = listed([f"{change.text}{beside.get(change.quantity, '')}" for change in changes(found)])
     if not found.effect_parameters:
-        return f"Nothing was added to the twin; on {trials} its errors are: {sizes}."
+        return f"No effect is named, so nothing is added to the twin. Its errors on {trials}: {sizes}."
     if isnan(gap.shrinkage):
         within = f"On {trials} the markers of the uncorrected twin hardly exceed noise; errors change so: {sizes}."
         return f"{within} Do not use the effects for forecasts." if gap.frequency_grows else within

@@ -54,14 +54,18 @@ class Twin:
         self.workers = workers_of(workers)
         self._kinematics = MarkerKinematics(robot, self.markers)
         self._batches: dict[tuple[int, frozenset[str]], Batch] = {}
+        self._at_steps: dict[float, Twin] = {}
         joint = {self.model.joint(i).name: i for i in range(self.model.njnt)}
         self._hinges = [joint[name] for name in robot.hinges]
         self._crank = joint["crank"]
         self._fluid_geoms = np.flatnonzero(self.model.geom_fluid[:, 0] > 0)
 
     def at_step(self, timestep_s: float) -> "Twin":
-        """Return the same twin with another time step, s."""
-        return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self.workers)
+        """Return the same twin with another time step, s; every time the same object, whose models are built once."""
+        if timestep_s not in self._at_steps:
+            scene = replace(self.scene, timestep_s=timestep_s)
+            self._at_steps[timestep_s] = Twin(self.robot, self.markers, scene, self.workers)
+        return self._at_steps[timestep_s]
 
     def of_robot(self, robot: RobotSpec) -> "Twin":
         """Return the same twin of another robot."""

@@ -327,8 +327,8 @@ class FitResult(Result):
         close = "significantly" in compared  # it says that it is not
         inside, count = self.answers.how_sure.in_band
         bands = f"; {share_of(inside, count, 'held-out speed')} in the band predicted" if 2 * inside < count else ""
-        better = f"better than the best simple rule{', though not significantly' if close else ''}"
-        as_well = "as well" if close else "better"
+        surely = ", though not significantly" if close else ""
+        better = f"better than the best simple rule{surely}"
         if " worse" in compared:
             better = "not better than the best simple rule, within the errors"
         why = {
@@ -339,7 +339,7 @@ class FitResult(Result):
             "unchecked": "no held-out trial is left"
             if self.data.left_out
             else 'no trial is held out: give one role = "holdout"',
-            "worse_than_baseline": f"a simple rule forecasts speeds {as_well}: use that for speeds",
+            "worse_than_baseline": f"a simple rule forecasts speeds better{surely}: use that for speeds",
         }
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
 

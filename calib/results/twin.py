@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from calib.results.result import TIME, Export
 from fitting.pool import forward_speed, head_frame
-from reports.robot import planform_figure
+from reports.robot import robot_figure
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.effect import MOVING_WAYS, Effect, Parameter
 from swimcal.errors import Fault, InputError
@@ -224,7 +224,7 @@ def _check_positive(given: Mapping[str, float]) -> None:
 
 
 def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -> Export:
-    """Draw a robot from above, and say what its description amounts to: mass, length, natural frequency, speed.
+    """Draw a robot from above and from the side; say its mass, length, natural frequency in air and speed at 1 Hz.
 
     Args:
         robot: a robot's TOML; default: the published 0.57 m fish.
@@ -247,7 +247,7 @@ def draw_robot(robot: str | Path | None = None, out: str | Path = "robot.png") -
     speed_m_s = float(SwimTwin(described, PUBLISHED_COEFFICIENTS, Twin(described, markers)).swim(1.0).speed[0])
     mass_kg, tail_kg = build_mjcf(described).compile().body_mass.sum(), described.tail_mass_kg.sum()
     drawn = BytesIO()
-    planform_figure(described, markers).savefig(drawn, format=picture.suffix[1:].lower(), dpi=DOTS_AN_INCH)
+    robot_figure(described, markers).savefig(drawn, format=picture.suffix[1:].lower(), dpi=DOTS_AN_INCH)
     write_whole(picture, drawn.getvalue())
     notes = (
         f"{described.name}: {mass_kg:.2f} kg, of which the tail has {1000 * tail_kg:.0f} g; {described.length_m:.2f} m "

@@ -42,7 +42,7 @@ from swimcal.stage import HasFingerprint, Stage
 from swimcal.twin import Twin
 
 _LONGEST = 120  # characters of a value in a message
-_FORM = 35  # version of the files and of the computation
+_FORM = 36  # version of the files and of the computation
 
 
 Found = TypeVar("Found")
@@ -247,7 +247,7 @@ class DiagnosisStage(Stage):
         if (healthy := self._reference) is not None:
             reference = of(healthy.fit, healthy.job.session.camera, healthy.recordings)
             data = replace(data, at=reference.at, doubted=reference.doubted, reference=reference)
-        return question(data, effects, Settings(self.effort, seed=job.session.seed), job.progress)
+        return question(data, effects, Settings(self.effort, seed=job.session.seed), job.progress_of("diagnosis"))
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:

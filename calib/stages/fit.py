@@ -67,8 +67,8 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 
-_FORM = 23  # version of calibration.json, and of the search that fills it
-_FORM_OF_POSTERIOR = 16  # version of the posterior's files and of their computation
+_FORM = 24  # version of calibration.json, and of the search that fills it
+_FORM_OF_POSTERIOR = 17  # version of the posterior's files and of their computation
 _STEADY_BEATS = 20  # after which a swim is steady
 _HOW_TO_USE = f"""
 Made for MuJoCo {ENGINE}. Releases compute different fluid forces: in MuJoCo 3 this file loads, but swims another way.
@@ -218,7 +218,8 @@ class FitStage(Stage):
         structure, trials = self._structures.current(), self._recordings.swims  # the structure needs no swim
         starts, workers = STARTS[self.effort], job.options.workers
         left_out = self._recordings.swims_left_out
-        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress, left_out)
+        tell = job.progress_of("fit")
+        calibration = calibrate(trials, structure, starts, job.session.seed, workers, tell, left_out)
         mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
             job.notes.append(f"The previous fit, with what depends on it, is kept in {kept}.")
@@ -258,9 +259,8 @@ class PublishedStage(Stage):
         """
         job, structure = self._job, self._structures.current()
         budget_s, workers = PUBLISHED_S[self.effort], job.options.workers
-        found = calibrate_as_published(
-            self._recordings.swims, structure, budget_s, job.session.seed, workers, job.progress
-        )
+        tell = job.progress_of("published search")
+        found = calibrate_as_published(self._recordings.swims, structure, budget_s, job.session.seed, workers, tell)
         self.keep_aside()
         written = PUBLISHED.write(job.results, replace(job.provenance, effort=self.effort), published_result(*found))
         self.mark(written)
@@ -305,18 +305,18 @@ class PosteriorStage(Stage):
 
         job, trials = self._job, self._fit.trials
         check_engine(read_provenance(self._fit.file), job.robot, str(self._fit.file))
-        job.progress("building the model about the fit", 0.0)
+        tell = job.progress_of("posterior")
+        tell("building the model about the fit", 0.0)
         twin = Twin(self._fit.robot, trials[0].markers, workers=job.options.workers)
         mode = mode_of(self._fit.result(), trials, twin)
-        tell = part_of(job.progress, 0.1, 0.6)
-        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, tell)
+        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, part_of(tell, 0.1, 0.6))
         if posterior.draws.flags:
             why = posterior.draws.flags[0].message
             raise NotConverged(
                 f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
                 "trials, leave out faulty ones, or try another [fit] seed in session.toml."
             )
-        summary = summarise(posterior, trials, job.session.seed, part_of(job.progress, 0.6, 1.0))
+        summary = summarise(posterior, trials, job.session.seed, part_of(tell, 0.6, 1.0))
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         job.note_incomplete(self.incomplete)

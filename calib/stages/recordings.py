@@ -17,7 +17,7 @@ from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
 from fitting.left_out import odd_markers
 from fitting.measure_trial import measure_trial
-from fitting.motor_clock import read_motor
+from fitting.motor_clock import MotorRecord, read_motor
 from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial
@@ -49,6 +49,7 @@ class Recordings:
         self._job, self._session, self._robot = job, job.session, job.robot
         self.videos = Videos(job)
         self._unmeasured: tuple[tuple[TrialSpec, str], ...] = ()
+        self._motors: dict[str, MotorRecord | None] = {}
 
     @cached_property
     def fingerprint(self) -> str:
@@ -290,7 +291,7 @@ class Recordings:
             decay = replace(decay, first_frame=decay.first_frame + recorded.first_frame)
             return self._flagged(decay, recorded, decay.metres_per_px)
         if spec.kind == "dry":
-            motor = read_motor(spec, tracks, camera, robot)
+            motor = self._motor(spec, tracks)
             run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s, motor)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
             return self._flagged(run, recorded)
@@ -300,9 +301,15 @@ class Recordings:
 
     def _measure_swim(self, spec: TrialSpec, recorded: xr.Dataset) -> MeasuredTrial:
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
-        motor = read_motor(spec, tracks, self._session.camera, self._robot)
+        motor = self._motor(spec, tracks)
         swim = measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s, motor)
         return self._flagged(swim, recorded, swim.metres_per_px)
+
+    def _motor(self, spec: TrialSpec, tracks: xr.Dataset) -> MotorRecord | None:
+        """Read the motor log of a trial, once: a dry run is measured twice, for the structure and as a swim."""
+        if spec.name not in self._motors:
+            self._motors[spec.name] = read_motor(spec, tracks, self._session.camera, self._robot)
+        return self._motors[spec.name]
 
     def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:
         """Return the trial with the flags of tracker or exchange added, and of the lens if it was filmed."""

@@ -40,6 +40,7 @@ _FIRST = 144  # simulations of the first round: enough for cubics (56 terms)
 _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
+_ASKED = 3  # one in so many of the first points is simulated from rest, unless a twin swims backward
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
 _SURE = 0.4  # the same, below which the first round may be the last
@@ -221,7 +222,7 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     points = _draw_about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulate(mode, points)
     points, features = points[good], features[good]
-    forward = mode.model.swim_forward(points)
+    forward = _swim_forward(mode, points, _outermost(mode, points, len(points) // _ASKED))
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
         tell(f"emulating the twin, round {round_ + 1}", 1 - 0.5 ** (round_ + 1))  # two rounds mostly do
@@ -237,7 +238,8 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
         error, held = _measure_error(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
-        forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
+        outer = np.flatnonzero((np.arange(_ROUND) >= _ROUND // 2)[good] | ~forward.all())
+        forward = np.append(forward, _swim_forward(mode, fresh[good, :5], outer))
         sure = error < _SURE and float(np.quantile(likelihood.emulator.leverage(drawn[:, :5]), 0.95)) < _AMONG
         settled = held and (sure or bool((np.abs(places - before) < _STABLE_SD * spread).all()))
         before = places
@@ -251,6 +253,23 @@ def _simulate(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Simulate features (s, k) at points (s, 5), and tell where the twin did not diverge (s,)."""
     features = mode.model.simulated(points)
     return np.isfinite(features).all(axis=1), features
+
+
+def _swim_forward(mode: Mode, points: np.ndarray, asked: np.ndarray) -> np.ndarray:
+    """Tell which twins of points (s, 5) swim forward from rest, (s,): all, if all do of those asked, (a,) indices."""
+    forward = np.ones(len(points), bool)
+    forward[asked] = mode.model.swim_forward(points[asked])
+    if not forward.all():
+        others = np.setdiff1d(np.arange(len(points)), asked)
+        forward[others] = mode.model.swim_forward(points[others])
+    return forward
+
+
+def _outermost(mode: Mode, points: np.ndarray, count: int) -> np.ndarray:
+    """Return the indices (count,) of the points (s, 5) that are farthest from a mode, in its covariance."""
+    away = points - mode.coefficients
+    distance = (away @ np.linalg.inv(mode.coefficient_covariance) * away).sum(axis=1)
+    return np.argsort(-distance, kind="stable")[:count]
 
 
 def _measure_error(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> tuple[float, bool]:

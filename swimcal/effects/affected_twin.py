@@ -240,8 +240,15 @@ class AffectedTwin(Twin):
         return batch
 
     def _models(self, values: np.ndarray) -> list[mujoco.MjModel]:
-        """Compile a model for each row of coefficients and values (n, 5 + p), once for those that are equal."""
-        first, which = np.unique(values, axis=0, return_inverse=True)
+        """Compile a model for each row of coefficients and values (n, 5 + p), once for those that are equal in these.
+
+        Values of effects that leave models alone make no difference.
+        """
+        there = np.array(values)
+        for effect, columns in self._own:
+            if not set(effect.enters()) & set(MODEL_WAYS):
+                there[:, 5:][:, columns] = 0.0
+        first, which = np.unique(there, axis=0, return_inverse=True)
         compiled = [self.spec(FluidCoefficients(*row[:5]), row[5:]).compile() for row in first]
         return [copy(compiled[number]) for number in which.ravel()]
 
