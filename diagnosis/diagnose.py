@@ -54,7 +54,7 @@ from fitting.left_out import far_reason
 from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
 from fitting.trial import MeasuredTrial
-from fitting.trial_checks import WOBBLES
+from fitting.trial_checks import CREEPS, WOBBLES
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
@@ -180,7 +180,7 @@ def diagnose(
             doubted = _not_followed(weighed.linear, said.best)
         if doubted:
             said = Validated(Verdict("unexplained", ()), said.probabilities, None)
-    if said.verdict.name == "no_gap" and any(_wobbles(trial) for trial in data.of_role(fitted=True)):
+    if said.verdict.name == "no_gap" and any(_moves_otherwise(trial) for trial in data.of_role(fitted=True)):
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)  # features do not show it
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.88)
@@ -245,8 +245,9 @@ def _unknown(weighed: WeighedEvidence) -> tuple[dict[str, float], dict[GapCompon
     return chances, members[likeliest] if chances[likeliest] >= ENOUGH else {}
 
 
-def _wobbles(trial: MeasuredTrial) -> bool:
-    return any(flag.kind == WOBBLES for flag in trial.flags)
+def _moves_otherwise(trial: MeasuredTrial) -> bool:
+    """Return whether a trial is flagged for a motion that features do not show."""
+    return any(flag.kind in (WOBBLES, CREEPS) for flag in trial.flags)
 
 
 def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:

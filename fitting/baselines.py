@@ -173,7 +173,7 @@ def sweep_speed(
     return SpeedSweep(frequency_hz, speed_twin, speeds, fitted_hz)
 
 
-def sweep_frequencies(measured_hz: list[float], count: int = 17) -> np.ndarray:
+def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:
     """Return frequencies from a little below the slowest trial to a little above the fastest, Hz.
 
     Args:

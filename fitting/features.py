@@ -90,14 +90,24 @@ class FeatureReader:
         """Return the features (..., k) of positions (..., n, m, 2); samples that do not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
         place, path, speed, turning = self._cruise(flat)
-        beats = np.einsum("mcn,snm->smc", self._beats, place - path[..., None])  # (s, m, 8)
-        beats, slid = beats[..., :OF_A_MARKER], beats[..., OF_A_MARKER].real
+        beats, slid = self._read_beats(place - path[..., None])
+        slid = slid.real
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
         pieces = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
         if self.span_m is not None:
             pieces.append(np.column_stack([slid[:, :SLIDES], speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
         features = np.concatenate(pieces, axis=1)
         return features.reshape(*position_m.shape[:-3], features.shape[-1])
+
+    def paces(self, position_m: np.ndarray) -> np.ndarray:
+        """Return how fast each marker slides along + i across the fish, (m,) m/s, at positions (n, m, 2)."""
+        place, path, *_ = self._cruise(position_m[None])
+        return np.asarray(self._read_beats(place - path[..., None])[1][0])
+
+    def _read_beats(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and harmonics (s, m, 7) and paces (s, m) of places (s, n, m), all along + i across."""
+        beats = np.einsum("mcn,snm->smc", self._beats, place)  # (s, m, 8)
+        return beats[..., :OF_A_MARKER], beats[..., OF_A_MARKER]
 
     def _cruise(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Split positions (s, n, m, 2) into places along headings, the smooth path (s, n), its speed and its turning.

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from fitting.features import FeatureReader
 from fitting.frequency import beating_part, estimate_frequency
 from fitting.motor_clock import MotorRecord
 from fitting.pool import head_frame, head_is_trusted, in_pool
@@ -14,6 +15,7 @@ from fitting.trial_checks import (
     check_beat,
     check_clock_and_scale,
     check_lasting,
+    creep_flags,
     motion_flags,
     reach_along_tail,
     rest_flags,
@@ -103,10 +105,10 @@ def measure_trial(
         logged_hz=None if motor is None else motor.logged_hz,
         scale_length_m=camera.scale_length_m,
     )
-    return _add_flags(in_role(trial, spec.role), weight > 0)
+    return _add_flags(in_role(trial, spec.role), weight > 0, robot)
 
 
-def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
+def _add_flags(trial: MeasuredTrial, usable: np.ndarray, robot: RobotSpec) -> MeasuredTrial:
     """Flag the faults of the trial as a whole, in the frames that are compared; usable (n, m) samples."""
     nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
     span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
@@ -117,8 +119,19 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    found = (*moves, *sight, *unread, *_flag_known(trial))
+    found = (*moves, *sight, *unread, *_flag_creep(trial, robot, length_m), *_flag_known(trial))
     return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in found)))
+
+
+def _flag_creep(trial: MeasuredTrial, robot: RobotSpec, length_m: float) -> tuple[Flag, ...]:
+    """Flag a marker that slides aside of its neighbours; nothing is told where too few frames show the head."""
+    try:
+        reader = FeatureReader.of(trial)
+    except NotEnoughData:
+        return ()
+    aside_m = reader.paces(trial.position_m[trial.kept]).imag * np.ptp(reader.time_s)
+    along_m = robot.marker_positions_m(trial.markers)[:, 0]
+    return creep_flags(trial.markers, along_m, aside_m, reader.read, length_m)
 
 
 def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:

@@ -13,7 +13,7 @@ from fitting.pool import design, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
-from swimcal.session_file import OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
+from swimcal.session_file import HEAD_MARKERS, OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
 from tracking.head_frame import HeadFrame
 
 SCALE_OFF = 0.05
@@ -22,11 +22,14 @@ TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
 WOBBLES = "path_wobbles"
 """The flag of a trial in which the head goes to and fro beside its beat, without turning."""
-BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts", "scale_apart")
+CREEPS = "marker_creeps"
+"""The flag of a trial in which a marker slides aside of its neighbours."""
+BEARING = ("unread_marker", CREEPS, TAIL_FIRST, "turns", "scale_drifts", "scale_apart")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
 _SURE = 4.0  # standard errors from which a drift is certain
 _LASTS = 10.0  # frames for which an error of a box stays
 _SCALE_DRIFTS = 0.01  # relative drift of the scale from the first to the last compared frame
+_CREEP = 0.1  # least way of a marker aside of its neighbours, relative to nose to neck; public trials have up to 0.06
 _CHORD = 0.02  # share by which the net displacement of a fish that turns may be shorter than its path
 _WOBBLE = 0.03  # amplitude relative to nose to neck; public trials have 0.004, noise of 1.5 px that lasts 0.017
 _WOBBLE_DEGREE = 3  # degree of the smooth path
@@ -254,6 +257,38 @@ def sight_flags(
         message = f"nose and neck are not seen in the last {unseen_s:.1f} s, which are left out"
         flags.append(Flag("leaves_picture", frames=frames, message=message))
     return tuple(flags)
+
+
+def creep_flags(
+    markers: Sequence[str], along_m: np.ndarray, aside_m: np.ndarray, read: np.ndarray, length_m: float
+) -> tuple[Flag, ...]:
+    """Flag the marker that slides farthest aside of the line through its neighbours, which a bend does not do.
+
+    Nose and neck, which the heading rests on, and the last marker, which has one neighbour, are not judged.
+
+    Args:
+        markers: names of the m markers.
+        along_m: (m,) places along the straight robot.
+        aside_m: (m,) ways to the left, from the first to the last compared frame.
+        read: (m,) markers that take part.
+        length_m: distance from nose to neck.
+    """
+    order = [i for i in np.argsort(along_m, kind="stable") if read[i]]
+    found = {}
+    for front, own, rear in zip(order, order[1:], order[2:], strict=False):
+        if markers[own] not in HEAD_MARKERS and along_m[rear] > along_m[front]:
+            place = (along_m[own] - along_m[front]) / (along_m[rear] - along_m[front])
+            found[own] = aside_m[own] - (1 - place) * aside_m[front] - place * aside_m[rear]
+    worst = max(found, key=lambda own: abs(found[own]), default=None)
+    if worst is None or abs(found[worst]) <= _CREEP * length_m:
+        return ()
+    side = "left" if found[worst] > 0 else "right"
+    message = (
+        f"{markers[worst]} slides {1000 * abs(found[worst]):.0f} mm to the {side} of its neighbours from the first to "
+        "the last compared frame, which no bend of the body does: did its tracker or the marker creep? The trial "
+        "counts as it is"
+    )
+    return (Flag(CREEPS, (markers[worst],), message=message),)
 
 
 def unread_flags(names: Sequence[str], read: np.ndarray, seen: np.ndarray, frames: int) -> tuple[Flag, ...]:

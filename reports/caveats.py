@@ -138,8 +138,8 @@ def _of_verdict(found: DiagnosisResult) -> list[str]:
         )
     if found.verdict == "unexplained" and found.no_gap_probability > 1 - ALARM:
         caveats.append(
-            "beat by beat there is no gap, but the head of a fitted swim goes to and fro beside the beat (flag "
-            "path_wobbles): was the camera shaken, or did waves move the robot?"
+            "beat by beat there is no gap, but a fitted swim has a motion beside its beat (flag path_wobbles or "
+            "marker_creeps): was the camera shaken, did waves move the robot, did a tracker creep?"
         )
     if found.borderline is not None:
         caveats.append(

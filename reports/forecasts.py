@@ -18,6 +18,7 @@ from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, Terms, table_head
 from reports.style import (
     EBT,
+    GAP,
     HALF_WIDTH_IN,
     INK,
     MUTED,
@@ -113,7 +114,8 @@ def speed_sweep_figure(
 ) -> Figure:
     """Draw the speeds above, and below the same minus the twin's.
 
-    Frequencies on grey ground were not fitted; the band is the posterior's, and each held-out trial has its own.
+    Frequencies on grey ground were not fitted. The band is the posterior's; each held-out trial has its own, and is red
+    where it lies outside.
 
     Args:
         calibration: the calibration.
@@ -135,10 +137,12 @@ def speed_sweep_figure(
             at, speed = trial.measured.frequency.hz, trial.measured.speed
             less = float(np.interp(at, hz, minus, left=np.nan, right=np.nan))
             role = trial.measured.role
-            label = "filmed, fitted" if role == "fit" else "filmed, held out"
+            label, edge = "filmed, fitted" if role == "fit" else "filmed, held out", INK
             if role != "fit" and (band := bands.get(trial.measured.name)) is not None:
                 part.vlines(at, *((band - less) * MM), color=TWIN, linewidth=2.6, alpha=0.55)
-            part.plot(at, (speed - less) * MM, **role_marker(INK, role), label=label)
+                if not band[0] <= speed <= band[1]:
+                    label, edge = "… outside its bar", GAP
+            part.plot(at, (speed - less) * MM, **role_marker(edge, role), label=label)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)
     axes.set_ylabel("speed (mm/s)")

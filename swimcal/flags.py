@@ -69,6 +69,7 @@ FLAG_KINDS: dict[str, str] = {
     "frequency_off_command": "the swim frequency differs from the command",
     "scale_off_robot": "the scale of the picture does not fit the robot",
     "path_wobbles": "the head goes to and fro besides the beat",
+    "marker_creeps": "a marker slides aside of its neighbours during the trial",
     "scale_apart": "nose and neck are not as far apart in the picture as in the other swims",
     "scale_drifts": "nose and neck come closer together, or part, during the trial",
     "rests": "the tail does not beat for a part of the trial",

@@ -277,6 +277,39 @@ def test_a_shaken_camera_is_flagged(hz: float, heading_rad: float, seconds: floa
     assert "path_wobbles" not in kinds(measured(time_s, position_px))
 
 
+@few(5)
+@given(
+    marker=st.sampled_from(FISHSIM_MARKERS[2:-1]),
+    way_mm=st.floats(18.0, 60.0),
+    turned_rad=st.floats(0, 6.3),
+    mirrored=st.booleans(),
+    bends_mm=st.floats(-40.0, 40.0),
+    seed=st.integers(0, 99),
+)
+def test_a_marker_that_slides_aside_of_its_neighbours_is_flagged_and_a_body_that_bends_is_not(
+    marker: str, way_mm: float, turned_rad: float, mirrored: bool, bends_mm: float, seed: int
+) -> None:
+    time_s, position_px = swim(seed=seed)
+    along = ROBOT.marker_positions_m(FISHSIM_MARKERS)[:, 0]
+    since = time_s / time_s[-1]
+    bend_px = bends_mm / 1000 * PX_PER_M * since[:, None] * np.clip((along - 0.25) / 0.3, 0.0, 1.0) ** 2
+    bent = position_px - np.stack([np.zeros_like(bend_px), bend_px], axis=-1)
+    creeps = np.array(bent)
+    creeps[:, FISHSIM_MARKERS.index(marker), 1] -= way_mm / 1000 * PX_PER_M * since
+
+    def seen(px: np.ndarray) -> np.ndarray:
+        place = (px[..., 0] - 1500) + 1j * (px[..., 1] - 1500)
+        place = (place.conj() if mirrored else place) * np.exp(1j * turned_rad)
+        return np.stack([place.real, place.imag], axis=-1) + 1500
+
+    (flag,) = (flag for flag in measured(time_s, seen(creeps)).flags if flag.kind == "marker_creeps")
+    ((told_mm, side),) = re.findall("slides ([0-9]+) mm to the (left|right)", flag.message)
+    assert flag.markers == (marker,)
+    assert float(told_mm) == pytest.approx(way_mm * 4.0 / 5.0, rel=0.15, abs=5.0)  # the first second does not count
+    assert side == ("left" if mirrored else "right")  # of a fish that swims to the picture's left
+    assert "marker_creeps" not in kinds(measured(time_s, seen(bent)))
+
+
 @pytest.mark.long
 def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
     time_s, position_px = swim(10.0)
