@@ -79,7 +79,7 @@ def decompose(
         placed: unknown effects at one place that explain what they can.
         unknown: columns (k, q) of the laws of an unknown effect that explain what they can; default: none.
     """
-    found = _split_by_stage(linear, responses, signatures, named, placed, unknown or {})
+    found = _split_by_stage(linear, _components(linear, responses, signatures, named, placed, unknown or {}))
     return VarianceDecomposition(
         shares=GapShares(found.shares, **_split(linear, found.residual)),
         alone=_alone(found.target, found.projected),
@@ -95,7 +95,7 @@ def shares_by_stage(
     placed: Sequence[LocalDiscrepancy] = (),
 ) -> Mapping[str, float]:
     """Return the share of each stage alone, as in `decompose` without named effects, in less time."""
-    return _split_by_stage(linear, responses, signatures, (), placed, {}).shares
+    return _split_by_stage(linear, _components(linear, responses, signatures, (), placed, {})).shares
 
 
 class _Split(NamedTuple):
@@ -109,16 +109,9 @@ class _Split(NamedTuple):
     parts: Mapping[str, np.ndarray]
 
 
-def _split_by_stage(
-    linear: LinearModel,
-    responses: ForceResponses,
-    signatures: Sequence[Signature],
-    named: Collection[str],
-    placed: Sequence[LocalDiscrepancy],
-    unknown: Mapping[GapComponent, np.ndarray],
-) -> _Split:
+def _split_by_stage(linear: LinearModel, columns_of: Mapping[GapComponent, np.ndarray]) -> _Split:
+    """Split the residual into components, by the columns (k, q) of each."""
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
-    columns_of = _components(linear, responses, signatures, named, placed, unknown)
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
     fit, total = _fit_sizes(target, projected), float(target @ target)

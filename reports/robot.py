@@ -31,7 +31,6 @@ from reports.style import (
     add_panel,
     legend_on_top,
     name_panels,
-    panel,
     panels,
     small_multiples,
     styled,
@@ -92,8 +91,7 @@ def robot_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
     in_a_mm = width / (right - left)
     above, side = 2 * half_width * in_a_mm, (highest - lowest) * in_a_mm
-    figure, axes = panel(FULL_WIDTH_IN, above + side + _MARGINS.bottom + _MARGINS.top, _MARGINS)
-    axes.remove()
+    figure = Figure(figsize=(FULL_WIDTH_IN, above + side + _MARGINS.bottom + _MARGINS.top))
     axes = add_panel(figure, (_MARGINS.left, _MARGINS.bottom + side), (width, above))
     axes.set(xlim=(left, right), ylim=(-half_width, half_width))
     axes.set_axis_off()
