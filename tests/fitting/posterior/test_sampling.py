@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.posterior.posterior import Posterior, sample_posterior
-from fitting.posterior.sampling import R_HAT
+from fitting.posterior.sampling import R_HAT, fit_surrogate
 from tests.cases import later
 from tests.fitting.posterior.linear import linear_mode
 
@@ -36,6 +36,26 @@ def test_draws_are_those_of_the_known_posterior_and_enough(off_sd: float) -> Non
     assert said.startswith(f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat ")
     assert share is not None
     assert 0 < share < 1
+
+
+@pytest.mark.parametrize("edge_sd", [0.7, 2.0, np.inf])
+def test_few_twins_start_from_rest_unless_one_swims_backward(edge_sd: float) -> None:
+    mode, mean, covariance = linear_mode(0)
+    sd, asked = float(np.sqrt(covariance[0, 0])), []
+
+    def swim_forward(points: np.ndarray) -> np.ndarray:
+        asked.append(len(points))
+        return np.sqrt(points[:, 0]) > mean[0] - edge_sd * sd
+
+    mode.model.swim_forward = swim_forward  # type: ignore[method-assign]
+    surrogate = fit_surrogate(mode, 1)
+    there = np.tile(mode.coefficients, (2, 1))
+    there[:, 0] = (mean[0] + sd * np.array([-3.0, 3.0])) ** 2
+    behind, ahead = np.exp(surrogate.prior.log_probability(there))
+
+    assert ahead > 0.9
+    assert behind > 0.9 if edge_sd == np.inf else behind < 0.2
+    assert sum(asked) < 0.5 * surrogate.simulations if edge_sd == np.inf else sum(asked) == surrogate.simulations
 
 
 @pytest.mark.long
