@@ -91,7 +91,7 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     lines = result.summary().splitlines()
     if verbose:
         details = result.details()
-        lines = [*details, *(line for line in lines if line.startswith("Verdict: ") and line not in details)]
+        lines = [*details, *(line for line in lines if line.startswith("Verdict of ") and line not in details)]
     return [*notes, *lines, str(main or result.file)]
 
 

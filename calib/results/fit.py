@@ -233,7 +233,7 @@ class FitResult(Result):
             ]
         lines += [
             f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else answers.no_caveat,
-            f"Verdict: {self._why(len(answers.caveats))}. Next: {answers.next_step}",
+            f"Verdict of the fit: {self._why(len(answers.caveats))}. Next: {answers.next_step}",
         ]
         return "\n".join(lines)
 

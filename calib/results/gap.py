@@ -149,7 +149,7 @@ class PosteriorResult(Result):
             f"{found[:-1]}{held}.",
             drawn_sentence(self.forecasts),
             f"Main caveat: {caveats[0]}{more}" if caveats else "No caveat.",
-            f"Verdict: {in_words(self.verdict)}{why}. Next: {self.next_step}",
+            f"Verdict of the posterior: {in_words(self.verdict)}{why}. Next: {self.next_step}",
         ]
         return "\n".join(filter(None, lines))
 
@@ -305,7 +305,7 @@ class GapResult(Result):
                 how_far,
                 f"Main caveat: {main_caveat(self.data)}",
                 f"Next experiment: {experiment}.",
-                f"Verdict: {in_words(self.verdict)}. Next: {self.next_step}",
+                f"Verdict of the diagnosis: {in_words(self.verdict)}. Next: {self.next_step}",
             ]
         )
 

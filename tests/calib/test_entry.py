@@ -127,7 +127,7 @@ main()
     shown = subprocess.run(command, capture_output=True, env=os.environ | environment, check=False)
 
     assert shown.returncode == 0, shown.stderr
-    assert b"Verdict: " in shown.stdout
+    assert b"Verdict of the fit: " in shown.stdout
     assert b"Traceback" not in shown.stderr
     assert b"no session.toml here" in shown.stderr
     if environment.get("PYTHONIOENCODING") == "ascii":
