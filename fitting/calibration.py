@@ -317,10 +317,10 @@ def compare_trials(
         ebts: the forms of elongated body theory, by name.
 
     Returns:
-        The trials, and by name why a held-out one is not among them.
+        The trials, and by name why one is not among them.
 
     Raises:
-        SimulationDiverged: the twin of a fit trial diverged.
+        SimulationDiverged: the twins of all fit trials diverged.
     """
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
     compared, lost = [], {}
@@ -333,9 +333,13 @@ def compare_trials(
             phase = fit_phase(twin, trial, coefficients) if known is None else float(known)
             compared.append(compare_trial(twin, trial, coefficients, ebts, phase, fitted_hz))
         except SimulationDiverged:
-            if trial.role == "fit":
-                raise
             lost[trial.name] = divergence_reason(trial.start_frequency.hz)
+    if not any(trial.measured.role == "fit" for trial in compared):
+        names = ", ".join(trial.name for trial in trials if trial.role == "fit")
+        raise SimulationDiverged(
+            f"the twin diverged with the fitted coefficients in all fit trials ({names}): try a smaller time_step_s in "
+            "the robot's file, or add a trial at a lower frequency"
+        )
     errors_m = [trial.scores.launch_free_error_m for trial in compared]
     others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(compared))]
     flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(compared, others, strict=True)]

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fitting import calibration as of_calibration
 from fitting.baselines import sweep_frequencies, sweep_speed
-from fitting.calibration import Calibration, calibrate, summarise
+from fitting.calibration import CalibratedTrial, Calibration, calibrate, compare_trials, summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail
 from fitting.left_out import FAR, MISSED
 from fitting.published import Swims
 from fitting.session_forecast import Forecast
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
-from swimcal.errors import NotEnoughData
+from swimcal.errors import NotEnoughData, SimulationDiverged
 from swimcal.robot import load_robot
+from swimcal.twin import Twin
 from tests.fitting.swims import with_little_search
 
 STARTS = 1
@@ -45,6 +47,28 @@ def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibra
 def test_no_trial_of_the_twin_s_own_kind_of_fish_is_suspicious(calibration: Calibration) -> None:
     assert not [flag for trial in calibration.trials for flag in trial.flags if flag.kind in (FAR, MISSED)]
     assert calibration.left_out == {}
+
+
+def test_a_fit_trial_whose_twin_diverges_when_it_is_compared_stops_no_other(
+    calibration: Calibration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compare, doomed = of_calibration.compare_trial, {"fast"}
+
+    def compare_or_diverge(twin: Twin, trial: MeasuredTrial, *others: Any) -> CalibratedTrial:
+        if trial.name in doomed:
+            raise SimulationDiverged(trial.name)
+        return compare(twin, trial, *others)
+
+    monkeypatch.setattr(of_calibration, "compare_trial", compare_or_diverge)
+    trials = [trial.measured for trial in calibration.trials]
+    twin, phases = Twin(calibration.robot, trials[0].markers), {each.measured.name: 0.0 for each in calibration.trials}
+    found, lost = compare_trials(trials, twin, calibration.fit.coefficients, phases, {})
+
+    assert [trial.measured.name for trial in found] == ["slow", "new"]
+    assert "diverges" in lost["fast"]
+    doomed.add("slow")
+    with pytest.raises(SimulationDiverged, match=r"all fit trials \(slow, fast\)"):
+        compare_trials(trials, twin, calibration.fit.coefficients, phases, {})
 
 
 def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibration) -> None:
