@@ -47,6 +47,8 @@ LIKELIER_NAMES = 8.0
 """Least reduction of this sum by other names, from which the dots are taken to carry these; some markers are lost."""
 SURE_NAMES = 4.0
 """Least increase of this sum by other names, from which the names of all markers but one are taken to be right."""
+LOST_FRAMES = 12
+"""A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
 JOINED = 3
 """Largest number of frames between two flagged stretches of a marker that are flagged, too."""
 
@@ -76,7 +78,8 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
 
     The distances are those of the first frame in which all are seen, at the scale of nose and neck. Where leaving
     out one mends it, and the others surely have their own names, that one is flagged; else all behind the head are.
-    Further markers of the head are not judged: the tail swings past them.
+    A marker that is followed on from there, or found again after a while, is flagged until the names are sure. Further
+    markers of the head are not judged: the tail swings past them.
     """
     names = markers_of(tracked)
     line = _mid_line(layout.marker_positions_m(names))
@@ -87,13 +90,23 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     if len(middle) < 4 or not len(whole):
         return []
     steps_px = np.linalg.norm(np.diff(at_px[whole[0]], axis=0), axis=1)
-    along_px, wrong = np.append(0.0, np.cumsum(steps_px)), np.zeros_like(seen)
+    along_px = np.append(0.0, np.cumsum(steps_px))
+    wrong, sure = np.zeros_like(seen), np.zeros(len(seen), bool)
     for mask, frames in rows_alike(seen):
         if mask.sum() >= 3:
-            wrong[frames] = _impossible(at_px[frames], along_px, np.flatnonzero(mask))
-    wrong = widened(wrong, wrong, JOINED)
+            own = np.flatnonzero(mask)
+            wrong[frames] = _impossible(at_px[frames], along_px, own)
+            sure[frames] = _sure(at_px[np.ix_(frames, own)], along_px, own)
+    found_anew = _found_anew(seen)
+    found_anew[: whole[0]], found_anew[:, :2] = False, False  # nose and neck have no others' places
+    wrong = _lasting(widened(wrong, wrong, JOINED) | (found_anew & ~sure[:, None]), seen & ~sure[:, None])
     return [
-        Flag("swap", (name,), span, f"{name} lies where the order and the distances along the body do not allow it")
+        Flag(
+            "swap",
+            (name,),
+            span,
+            f"{name} lies where order and distances along the body forbid it, or allow other names",
+        )
         for column, name in enumerate(names[k] for k in middle)
         for span in stretches(wrong[:, column])
     ]
@@ -121,13 +134,43 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
     found[np.ix_(frames, seen[seen > 1])] = True
     mended = np.zeros((len(frames), len(seen)), bool)
     for one in range(len(seen) if len(frames) and len(seen) > 3 else 0):
-        rest_px, rest = np.delete(dots_px[frames], one, axis=1), np.delete(seen, one)
-        sure = _gain_by_other_names(rest_px, along_px, rest) < -SURE_NAMES
-        mended[:, one] = sure & ~_contradicts(rest_px, along_px, rest)
+        mended[:, one] = _sure(np.delete(dots_px[frames], one, axis=1), along_px, np.delete(seen, one))
     by_one = mended.any(axis=1)
     found[frames[by_one]] = False
     found[np.ix_(frames[by_one], seen)] = mended[by_one]
     return found
+
+
+def _found_anew(seen: np.ndarray) -> np.ndarray:
+    """Tell in which frames markers (n, k) are seen again after `LOST_FRAMES` without them or more."""
+    found = np.zeros_like(seen)
+    for column in range(seen.shape[1]):
+        for _, last in stretches(~seen[:, column], LOST_FRAMES):
+            found[last + 1 : last + 2, column] = True
+    return found
+
+
+def _lasting(wrong: np.ndarray, goes_on: np.ndarray) -> np.ndarray:
+    """Return what is wrong (n, k), and each marker after it for as long as it is followed and no names are sure.
+
+    A marker that is followed from a wrong dot on is still at that dot where too few others are seen to tell.
+
+    Args:
+        wrong: (n, k) samples that are wrong.
+        goes_on: (n, k) samples that are seen, in frames whose names are not sure.
+    """
+    found, frames = wrong.copy(), np.arange(len(wrong))
+    for column in range(wrong.shape[1]):
+        for _, last in stretches(wrong[:, column]):
+            stops = frames[~goes_on[:, column] & (frames > last)]
+            found[last : stops[0] if len(stops) else len(wrong), column] = True
+    return found
+
+
+def _sure(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Tell (f,) in which frames dots have possible places, and any other names fit far worse; as `_contradicts`."""
+    others_fit_worse = _gain_by_other_names(dots_px, along_px, names) < -SURE_NAMES
+    return np.asarray(others_fit_worse & ~_contradicts(dots_px, along_px, names))
 
 
 def _gain_by_other_names(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:

@@ -101,6 +101,24 @@ def test_one_marker_that_leaves_the_body_is_impossible_and_no_other(seed: int) -
     assert not np.delete(found, [marker, 0, 1], axis=1).any()
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_names_found_one_dot_along_behind_a_cover_do_not_count_until_the_names_are_sure(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clean = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    covered, whole_again, end = 80, 100, int(rng.integers(140, 190))
+    slid = clean.copy()
+    slid[covered:whole_again, TAIL] = np.nan
+    slid[whole_again:end, TAIL[:-2]] = clean[whole_again:end, TAIL[1:-1]]  # one dot along, the last two stay lost
+    slid[whole_again:end, TAIL[-2:]] = np.nan
+    found = samples_of(tuple(impossible_flags(tracked_of(slid), ROBOT)))
+    assert found[whole_again:end][:, TAIL[:-2]].all()
+    assert not found[:covered].any()
+    assert not found[end:].any()
+    back = clean.copy()
+    back[covered:whole_again, TAIL] = np.nan
+    assert not impossible_flags(tracked_of(back), ROBOT)
+
+
 def test_boxes_on_one_place_raise_no_warning() -> None:
     """Two start boxes on one spot, and a nose that lands on the neck."""
     clean = swimming_fish(1.0, seed=5, frames=FRAMES)
