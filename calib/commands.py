@@ -68,6 +68,7 @@ def track(
     ] = None,
     export: Annotated[str, typer.Option(help=f"also write the tracks as one of: {', '.join(FORMS)}")] = "",
     workers: Workers = 0,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Track the markers in a session's videos, with the state and confidence of each sample, and flags."""
@@ -81,7 +82,7 @@ def track(
         print_others(problem, as_json)
         raise
     if isinstance(found, TrackResult):
-        print_tracks(found, as_json)
+        print_tracks(found, as_json, verbose)
     else:
         files = {page.name.removesuffix(".click.html"): str(page) for page in found.files}
         print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))

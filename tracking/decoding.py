@@ -336,12 +336,13 @@ def _unreadable(file: Path, error: Exception) -> InputError:
             head = stream.read(8)
     except OSError as denied:
         return fault(file, "cannot be read", denied.strerror or str(denied), EXPECTED, "Check the file's permissions.")
-    size_mb = f"{file.stat().st_size / 1e6:.1f} MB"
+    count = file.stat().st_size
+    size = f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.1f} kB"
     if head[4:8] in MP4_BOXES:
         what = "the index of this MP4 or MOV file (its moov atom) is missing or damaged"
-        return fault(file, what, f"{size_mb} without a readable index", "a file the camera has closed", REPAIR)
+        return fault(file, what, f"{size} without a readable index", "a file the camera has closed", REPAIR)
     reason = getattr(error, "strerror", None) or str(error)
-    return fault(file, "not a readable video", f"{size_mb} of something else ({reason})", EXPECTED)
+    return fault(file, "not a readable video", f"{size} of something else ({reason})", EXPECTED)
 
 
 def _picture_stream(file: Path, container: av.container.InputContainer) -> av.VideoStream:

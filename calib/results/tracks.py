@@ -246,7 +246,7 @@ def _track_each(
         return problem.others, problem.faults
 
 
-def print_tracks(found: TrackResult, as_json: bool) -> None:
+def print_tracks(found: TrackResult, as_json: bool, verbose: bool = False) -> None:
     """Print the tracks of every video, or that all tracks are given; an `InputError` where there is neither."""
     filmed = found.filmed
     if not filmed.boxes and not as_json:
@@ -254,7 +254,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
         print(f"No video to track: the tracks of {listed(given, 4)} are given.\n{found.summary()}")
         print("".join(f"! {flag.message}\n" for flag in found.left_out), end="")
         return
-    print_filmed({name: found.tracked[name] for name in filmed.boxes}, filmed, found.left_out, as_json)
+    print_filmed({name: found.tracked[name] for name in filmed.boxes}, filmed, found.left_out, as_json, verbose)
 
 
 def print_others(problem: PartlyTracked, as_json: bool) -> None:
@@ -264,7 +264,11 @@ def print_others(problem: PartlyTracked, as_json: bool) -> None:
 
 
 def print_filmed(
-    tracks: Mapping[str, xr.Dataset], filmed: FilmedTracks, left_out: Sequence[Flag], as_json: bool
+    tracks: Mapping[str, xr.Dataset],
+    filmed: FilmedTracks,
+    left_out: Sequence[Flag],
+    as_json: bool,
+    verbose: bool = False,
 ) -> None:
     """Print a table of tracks, and what is to be said of them; or all that as JSON.
 
@@ -273,6 +277,7 @@ def print_filmed(
         filmed: what else was made from the films.
         left_out: flags of the trials that cannot be used.
         as_json: print JSON.
+        verbose: also print the flags of single markers or frames.
     """
     if as_json:
         report = {
@@ -292,11 +297,19 @@ def print_filmed(
         row = "{frames:7d} {seen:7.2%} {counts:7.2%} {filled:7.2%} {missing:8.2%} {confidence:11.2f}"
         print(f"{name:12} {row.format(**shares_of(own))}  {flags or 'none'}")
     for name, own in tracks.items():
-        whole = [flag for flag in own.flags if flag.frames is None and flag.message]
-        print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
+        told = [flag for flag in own.flags if (verbose or flag.frames is None) and flag.message]
+        print("".join(f"! {name}: {_where(flag)}{flag.message}\n" for flag in told), end="")
     print("".join(f"! {flag.message}\n" for flag in (*left_out, *filmed.flags)), end="")
     print("".join(f"{path}\n" for path in filmed.exported), end="")
     print(filmed.folder)
+
+
+def _where(flag: Flag) -> str:
+    """Say which frames a flag is about, before its message; nothing where it is about the whole trial."""
+    if flag.frames is None:
+        return ""
+    first, last = flag.frames
+    return f"frame {first}, " if first == last else f"frames {first} to {last}, "
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
