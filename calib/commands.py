@@ -79,7 +79,7 @@ def track(
             session, method=method, export=export, click=click, frame=frame, workers=workers, progress=not as_json
         )
     except PartlyTracked as problem:
-        print_others(problem, as_json)
+        print_others(problem, as_json, verbose)
         raise
     if isinstance(found, TrackResult):
         print_tracks(found, as_json, verbose)

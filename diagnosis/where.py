@@ -98,7 +98,7 @@ def shares_by_stage(
     return _split_by_stage(linear, _components(linear, responses, signatures, (), placed, {})).shares
 
 
-class _Split(NamedTuple):
+class _ByStage(NamedTuple):
     """The residual (k,) less what coefficients explain, its projection (q,), and what each stage has of it."""
 
     residual: np.ndarray
@@ -109,7 +109,7 @@ class _Split(NamedTuple):
     parts: Mapping[str, np.ndarray]
 
 
-def _split_by_stage(linear: LinearModel, columns_of: Mapping[GapComponent, np.ndarray]) -> _Split:
+def _split_by_stage(linear: LinearModel, columns_of: Mapping[GapComponent, np.ndarray]) -> _ByStage:
     """Split the residual into components, by the columns (k, q) of each."""
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
     target = linear.space.projected(residual)
@@ -122,7 +122,7 @@ def _split_by_stage(linear: LinearModel, columns_of: Mapping[GapComponent, np.nd
         parts[component.stage] += columns_of[component] @ amplitude
     shares["floor"] = float(target @ fit.solved) / total
     parts["floor"] = residual - sum(parts.values())
-    return _Split(residual, target, projected, fit, shares, parts)
+    return _ByStage(residual, target, projected, fit, shares, parts)
 
 
 def _components(

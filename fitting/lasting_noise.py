@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.special import softmax
 
-from fitting.pool import patterns_of
+from tracking.body_model import rows_alike
 
 DURATIONS_S = (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5)  # durations that are tried
 WHITE_SHARES = (0.03, 0.12, 0.3)  # white shares that are tried with each but 0
@@ -99,9 +99,8 @@ def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: La
         lasting = np.eye(len(time_s))
     correlation = (1 - noise.white_share) * lasting + noise.white_share * np.eye(len(time_s))
     white, log_volume = np.zeros_like(series), 0.0
-    patterns, which = patterns_of(used)
-    for i, pattern in enumerate(patterns.T):
-        rows, markers = np.flatnonzero(pattern), np.flatnonzero(which == i)
+    for pattern, markers in rows_alike(used.T):
+        rows = np.flatnonzero(pattern)
         if not len(rows):
             continue
         root = cholesky(correlation[np.ix_(rows, rows)], lower=True)

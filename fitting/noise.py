@@ -16,7 +16,8 @@ from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
 from fitting.features import FeatureReader
-from fitting.pool import determined, patterns_of, smooth_swim
+from fitting.pool import determined, smooth_swim
+from tracking.body_model import rows_alike
 
 _HARMONICS = 5  # harmonics that are taken out
 _DRIFT = 3  # degree of the drift that is taken out
@@ -110,7 +111,10 @@ def across_markers(
         parts: (n, n) covariance in time of each part.
         correlation: (n, n) in time of them all and of white noise.
     """
-    masks, which = patterns_of(usable)
+    groups, which = list(rows_alike(usable.T)), np.zeros(usable.shape[1], int)
+    for number, (_, alike) in enumerate(groups):
+        which[alike] = number
+    masks = np.column_stack([mask for mask, _ in groups])
     shown = determined(columns, masks, _WORST)
     restricted = [_restrict(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
     reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
@@ -349,11 +353,12 @@ class _Group:
 
 def _by_mask(usable: np.ndarray, position_m: np.ndarray, columns: np.ndarray) -> list[_Group]:
     """Group markers by the frames they are seen in, if these determine drift and harmonics."""
-    masks, which = patterns_of(usable)
+    patterns = list(rows_alike(usable.T))
+    masks = np.column_stack([mask for mask, _ in patterns])
     shown = determined(columns, masks, _WORST)
     shown = shown if shown.any() else masks.sum(axis=0) == masks.sum(axis=0).max()
     groups = []
-    for number in np.flatnonzero(shown):
-        frames, markers = np.flatnonzero(masks[:, number]), np.flatnonzero(which == number)
+    for mask, markers in (pattern for pattern, good in zip(patterns, shown, strict=True) if good):
+        frames = np.flatnonzero(mask)
         groups.append(_Group(frames, markers, position_m[np.ix_(frames, markers)].reshape(len(frames), -1)))
     return groups

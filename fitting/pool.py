@@ -15,6 +15,7 @@ from swimcal.robot import RobotSpec
 from swimcal.session import is_exchanged
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
+from tracking.body_model import rows_alike
 from tracking.camera import to_pool
 from tracking.head_frame import HeadFrame, to_head_frame
 from tracking.quality import FLOOR_PX, TrackQuality, check_tracks
@@ -191,14 +192,6 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
 
 
-def patterns_of(usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the p different patterns (n, p) among the columns (n, m) of a mask, and which of these each is, (m,)."""
-    places: dict[bytes, int] = {}
-    which = np.array([places.setdefault(column.tobytes(), len(places)) for column in usable.T], int)
-    first = [int(np.flatnonzero(which == place)[0]) for place in range(len(places))]
-    return usable[:, first], which
-
-
 def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:
     """Tell which series have the samples that a regression needs.
 
@@ -213,14 +206,13 @@ def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_
     """
     count, squares = columns.shape[1], np.maximum((columns**2).sum(axis=0), 1e-300)  # n times the mean squares
     scaled = columns / np.sqrt(squares)
-    masks, which = patterns_of(usable)
-    good = np.zeros(masks.shape[1], bool)
-    for number, mask in enumerate(masks.T):
+    good = np.zeros(usable.shape[1], bool)
+    for mask, alike in rows_alike(usable.T):
         if mask.sum() >= _FRAMES_A_COLUMN * count:
             values, vectors = np.linalg.eigh(scaled[mask].T @ scaled[mask])
             if values[0] > 1e-12:
-                good[number] = bool(((vectors**2 / values).sum(axis=1) <= worst).all())
-    return good[which]
+                good[alike] = bool(((vectors**2 / values).sum(axis=1) <= worst).all())
+    return good
 
 
 # The forward speed.

@@ -141,7 +141,7 @@ def speed_sweep_figure(
             if role != "fit" and (band := bands.get(trial.measured.name)) is not None:
                 part.vlines(at, *((band - less) * MM), color=TWIN, linewidth=2.6, alpha=0.55)
                 if not band[0] <= speed <= band[1]:
-                    label, edge = "… outside its bar", GAP
+                    label, edge = "held out, outside", GAP
             part.plot(at, (speed - less) * MM, **role_marker(edge, role), label=label)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
+from numpy.typing import ArrayLike
 
 from fitting.structure import Source
 from reports.context import BINS, LoggedTrial, ReportContext
@@ -119,54 +120,53 @@ def _reach_up_and_down(robot: RobotSpec, markers_mm: np.ndarray) -> tuple[float,
 
 def _draw_side(axes: Axes, robot: RobotSpec, places: np.ndarray) -> None:
     """Draw head, segments, fin, hinges and markers at places (m, 3) from the side, mm."""
-    (x, _, z), (a, _, c) = np.array(robot.head.fluid_centre_m) * MM, np.array(robot.head.fluid_half_size_m) * MM
-    axes.add_patch(Ellipse((x, z), 2 * a, 2 * c, facecolor=SHADE, edgecolor=MUTED, linewidth=0.8))
-    for part in robot.head.part:
-        (x, _, z), (a, _, c) = np.array(part.centre_m) * MM, np.array(part.half_size_m) * MM
-        _add_box(axes, (x - a, x + a), (z - c, z + c), SHADE, alpha=0.75)
-    start, end = robot.tail.start_m * MM, robot.fin_root_x_m * MM
-    axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
-    for across, segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
-        _add_box(axes, across, (-segment.half_height_m * MM, segment.half_height_m * MM), SHADE)
-    axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
+    draw_head(axes, robot, up=2)
+    _draw_segments(axes, robot, [segment.half_height_m * MM for segment in robot.tail.segment], SHADE)
     fin = robot.caudal_fin
-    middle, half_chord, half_span = end + fin.centre_m * MM, fin.chord_m / 2 * MM, fin.span_m / 2 * MM
-    _add_box(axes, (middle - half_chord, middle + half_chord), (-half_span, half_span), TWIN, alpha=0.35)
+    middle, half_chord, half_span = robot.fin_root_x_m + fin.centre_m, fin.chord_m / 2, fin.span_m / 2
+    _add_box(axes, (middle * MM, 0.0), (half_chord * MM, half_span * MM), TWIN, alpha=0.35)
     axes.plot(places[:, 0], places[:, 2], "o", color=INK, mfc=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
 
 
-def _add_box(
-    axes: Axes, across: tuple[float, float] | np.ndarray, up: tuple[float, float], face: str, alpha: float = 1.0
-) -> None:
-    """Add a box between two places along the robot and two heights, mm."""
-    box = Rectangle((across[0], up[0]), across[1] - across[0], up[1] - up[0], facecolor=face, edgecolor=MUTED)
-    box.set(linewidth=0.7, alpha=alpha)
-    axes.add_patch(box)
+def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE, up: int = 1) -> None:
+    """Draw the water that the head pushes away as an ellipse, and its massive parts, mm.
 
-
-def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE) -> None:
-    """Draw the water that the head pushes away as an ellipse, and its massive parts, mm."""
-    x, y, _ = np.array(robot.head.fluid_centre_m) * MM
-    a, b, _ = np.array(robot.head.fluid_half_size_m) * MM
-    axes.add_patch(Ellipse((x, y), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.8))
+    Args:
+        axes: where.
+        robot: the robot.
+        face: colour.
+        up: the axis of the robot that points up: 1 from above, 2 from the side.
+    """
+    seen = [0, up]
+    middle, half = np.array(robot.head.fluid_centre_m)[seen] * MM, np.array(robot.head.fluid_half_size_m)[seen] * MM
+    axes.add_patch(Ellipse(tuple(middle), *(2 * half), facecolor=face, edgecolor=MUTED, linewidth=0.8))
     for part in robot.head.part:
-        (x, y, _), (a, b, _) = np.array(part.centre_m) * MM, np.array(part.half_size_m) * MM
-        rectangle = Rectangle((x - a, y - b), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.7)
-        rectangle.set_alpha(0.75)
-        axes.add_patch(rectangle)
+        _add_box(axes, np.array(part.centre_m)[seen] * MM, np.array(part.half_size_m)[seen] * MM, face, alpha=0.75)
 
 
 def draw_tail(axes: Axes, robot: RobotSpec, face: str = SHADE, fin: str = TWIN) -> None:
     """Draw backbone, hinges, segments and, in a colour of its own, the fin, mm."""
-    start, end = robot.tail.start_m * MM, robot.fin_root_x_m * MM
-    axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
-    for (front, rear), segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
-        reach = max(segment.guide_offset_m, segment.thickness_m) * MM + 3
-        rib = Rectangle((front, -reach), rear - front, 2 * reach, facecolor=face, edgecolor=MUTED, linewidth=0.7)
-        axes.add_patch(rib)
-    axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
+    reach = [max(segment.guide_offset_m, segment.thickness_m) * MM + 3 for segment in robot.tail.segment]
+    _draw_segments(axes, robot, reach, face)
+    end = robot.fin_root_x_m * MM
     tip = end + (robot.caudal_fin.centre_m + robot.caudal_fin.chord_m / 2) * MM
     axes.plot([end, tip], [0, 0], color=fin, linewidth=3.0, solid_capstyle="butt")
+
+
+def _draw_segments(axes: Axes, robot: RobotSpec, reach_mm: Sequence[float], face: str) -> None:
+    """Draw backbone, hinges and segments that reach so far to either side, mm."""
+    axes.plot([robot.tail.start_m * MM, robot.fin_root_x_m * MM], [0, 0], color=MUTED, linewidth=1.0)
+    for (front, rear), reach in zip(robot.segment_x_m * MM, reach_mm, strict=True):
+        _add_box(axes, ((front + rear) / 2, 0.0), ((rear - front) / 2, reach), face)
+    axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
+
+
+def _add_box(axes: Axes, middle: ArrayLike, half_size: ArrayLike, face: str, alpha: float | None = None) -> None:
+    """Add a box by its middle (2,) and its half sizes (2,), mm."""
+    (x, y), (a, b) = np.asarray(middle, float), np.asarray(half_size, float)
+    box = Rectangle((x - a, y - b), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.7)
+    box.set_alpha(alpha)
+    axes.add_patch(box)
 
 
 def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:

@@ -257,10 +257,10 @@ def print_tracks(found: TrackResult, as_json: bool, verbose: bool = False) -> No
     print_filmed({name: found.tracked[name] for name in filmed.boxes}, filmed, found.left_out, as_json, verbose)
 
 
-def print_others(problem: PartlyTracked, as_json: bool) -> None:
+def print_others(problem: PartlyTracked, as_json: bool, verbose: bool = False) -> None:
     """Print the tracks of the films without faults, if there are any."""
     if problem.tracks:
-        print_filmed(problem.tracks, problem.filmed, left_out_flags(problem.filmed.left_out), as_json)
+        print_filmed(problem.tracks, problem.filmed, left_out_flags(problem.filmed.left_out), as_json, verbose)
 
 
 def print_filmed(

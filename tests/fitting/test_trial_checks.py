@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from fitting.frequency import beating_part
 from fitting.measure_trial import measure_trial
-from fitting.pool import determined, patterns_of, smooth_swim
+from fitting.pool import determined, smooth_swim
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import NotEnoughData
@@ -306,7 +306,7 @@ def test_a_marker_that_slides_aside_of_its_neighbours_is_flagged_and_a_body_that
     ((told_mm, side),) = re.findall("slides ([0-9]+) mm to the (left|right)", flag.message)
     assert flag.markers == (marker,)
     assert float(told_mm) == pytest.approx(way_mm * 4.0 / 5.0, rel=0.15, abs=5.0)  # the first second does not count
-    assert side == ("left" if mirrored else "right")  # of a fish that swims to the picture's left
+    assert side == ("left" if mirrored else "right")  # the fish swims to the picture's left
     assert "marker_creeps" not in kinds(measured(time_s, seen(bent)))
 
 
@@ -375,12 +375,3 @@ def test_what_is_called_determined_is_recovered(seed: int, beats: float, kept: f
 def test_a_short_trial_is_taken_as_it_is() -> None:
     time_s = np.arange(120) / 60.0
     assert beating_part(time_s, np.zeros((120, 2)), np.ones((120, 2)), 1.0) == slice(0, 120)
-
-
-@given(frames=st.integers(1, 6), markers=st.integers(1, 7), seed=st.integers(0, 999))
-def test_masks_are_grouped_by_their_pattern(frames: int, markers: int, seed: int) -> None:
-    usable = np.random.default_rng(seed).random((frames, markers)) > 0.5
-    patterns, which = patterns_of(usable)
-
-    np.testing.assert_array_equal(patterns[:, which], usable)
-    assert patterns.shape[1] == len(np.unique(usable, axis=1).T)

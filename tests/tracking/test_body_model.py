@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, ROBOT
-from tracking.body_model import BodyModel, JointGaussian, centred, fit_body_model, layout_model
+from tracking.body_model import BodyModel, JointGaussian, centred, fit_body_model, layout_model, rows_alike
 
 PLACE_M = ROBOT.marker_positions_m(MARKERS)
 M = len(MARKERS)
@@ -68,3 +68,14 @@ def test_a_box_in_the_wrong_place_for_nearly_half_of_a_trial_does_not_draw_the_m
     near = slice(5, 8)
     assert np.median((hopping - put)[90:, near], axis=0) == pytest.approx(np.zeros((3, 2)), abs=2.0)
     assert np.median((position - put)[:90, 6], axis=0) == pytest.approx(np.zeros(2), abs=2.0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_are_grouped_by_their_pattern(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    active = random.random(random.integers(1, 8, 2)) > 0.5
+    groups = list(rows_alike(active))
+
+    assert sorted(np.concatenate([rows for _, rows in groups])) == list(range(len(active)))
+    assert all((active[rows] == mask).all() for mask, rows in groups)
+    np.testing.assert_array_equal([mask for mask, _ in groups], np.unique(active, axis=0))
