@@ -104,6 +104,8 @@ COURSE_SD = (0.001, 0.001)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, where nothing is wrong."""
 SLIDE_SD_M_S = 1e-5
 """Standard deviation of the speed at which each marker slides along the fish, where nothing is wrong."""
+CREEP_SD_M_S = 3e-5
+"""Standard deviation of the speed at which each marker slides aside of its neighbours, where nothing is wrong."""
 NEAR = 0.3
 """Length scale of the discrepancy's correlation, in the logarithm of two swims' frequencies."""
 
@@ -119,6 +121,11 @@ COURSE_OF_LAUNCH = (0.004, 0.015)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
 SLIDE_OF_LAUNCH_PER_S = 1e-3
 """Standard deviation of a marker's slide along the fish over its place: a camera tilted by 20 mrad, at 0.1 m/s."""
+CREEP_OF_LAUNCH = (7e-5, 0.01)
+"""Standard deviations of a marker's slide aside from launch to launch: its own, m/s, and over its height over nose and
+neck, 1/s, as hulls roll and cameras are tilted. In the public trials, whose launches differ by four times the usual,
+tail markers slide by 0.1 to 0.6 mm/s, the dorsal one, 50 mm higher, by 0.1 to 2.4; in the second simulator none does.
+"""
 ERROR_SIZES = {0.7: 0.3, 1.0: 0.35, 2.0: 0.2, 4.0: 0.1, 8.0: 0.05}
 """Prior probabilities of the size of the twin's own discrepancy beside a reference."""
 SMOOTH_SIZES_M = {0.0: 0.4, 0.001: 0.2, 0.003: 0.2, 0.01: 0.2}
@@ -146,6 +153,8 @@ COURSE_PER_M = (1.0, 6.0)
 """Differences of the speed sideways, m/s, and of the rate of turning, rad/s."""
 SLIDE_PER_M = 0.1
 """Difference of a marker's speed along the fish, m/s, as if it slid as far in 10 s."""
+CREEP_PER_M = 0.1
+"""Difference of a marker's speed aside of its neighbours, m/s, as that along the fish."""
 HERTZ_PER_M = 2.0
 """Difference of frequencies, Hz."""
 RING_PER_M = 10.0

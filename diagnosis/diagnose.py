@@ -44,6 +44,7 @@ from diagnosis.verdict import (
     Validated,
     Verdict,
     backward_elimination,
+    is_near,
     log_evidence,
     validated,
     verdict_of,
@@ -59,6 +60,7 @@ from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
 # The diagnosis
+_UNEXPLAINED = Verdict("unexplained", ())
 _ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
@@ -179,9 +181,9 @@ def diagnose(
         if said.best is not None and data.reference is None:
             doubted = _not_followed(weighed.linear, said.best)
         if doubted:
-            said = Validated(Verdict("unexplained", ()), said.probabilities, None)
+            said = Validated(_UNEXPLAINED, said.probabilities, None)
     if said.verdict.name == "no_gap" and any(_moves_otherwise(trial) for trial in data.of_role(fitted=True)):
-        said = Validated(Verdict("unexplained", ()), said.probabilities, None)  # features do not show it
+        said = Validated(_UNEXPLAINED, said.probabilities, None)  # features do not show it
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.88)
     gap = swims.gap(best)
@@ -324,11 +326,13 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
         verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
-    if adequacy(weighed, best if verdict.first else None).p_value < ADEQUATE:
-        return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
+    p_value = adequacy(weighed, best if verdict.first else None).p_value
+    near = is_near(p_value, ADEQUATE) and bool(verdict.first)
+    if p_value < ADEQUATE:
+        return Validated(_UNEXPLAINED, probabilities.doubted(), None, near=verdict if near else None)
     if not verdict.first:
-        return Validated(Verdict("unexplained", ()), probabilities, None)
-    said = Validated(verdict, probabilities, best)
+        return Validated(_UNEXPLAINED, probabilities, None)
+    said = Validated(verdict, probabilities, best, near=_UNEXPLAINED if near else None)
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
 
 
@@ -340,9 +344,11 @@ def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Sett
     probabilities, refits = weigh_refits(weighed.linear, weighed.hypotheses, probabilities, refitting)
     verdict = verdict_of(probabilities)
     best = refits.get(verdict.first[0]) if verdict.first else None
-    if best is not None and _share_left(weighed.linear, best) <= MOST_LEFT_OF_CHANGE:
-        return Validated(verdict, probabilities, best)
-    return Validated(Verdict("unexplained", ()), probabilities.doubted(), None)
+    share = 1.0 if best is None else _share_left(weighed.linear, best)
+    near = is_near(share, MOST_LEFT_OF_CHANGE)
+    if share <= MOST_LEFT_OF_CHANGE:
+        return Validated(verdict, probabilities, best, near=_UNEXPLAINED if near else None)
+    return Validated(_UNEXPLAINED, probabilities.doubted(), None, near=verdict if near else None)
 
 
 def _everything(

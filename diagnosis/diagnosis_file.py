@@ -80,7 +80,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
 
 def _borderline(found: Diagnosis) -> str | None:
     """Name the verdict that this one nearly was."""
-    other = borderline(found.said.verdict, found.said.probabilities)
+    other = found.said.near or borderline(found.said.verdict, found.said.probabilities)
     if other is None:
         return None
     named = ", ".join(" or ".join(group) for group in other.groups)

@@ -27,6 +27,7 @@ from scipy.linalg import block_diag, solve_triangular
 from diagnosis.constants import (
     COURSE_PER_M,
     COURSE_SD,
+    CREEP_PER_M,
     HERTZ_PER_M,
     NEAR,
     RING_PER_M,
@@ -55,13 +56,16 @@ _OF_A_MARKER = 2 * OF_A_MARKER  # numbers of a marker in features: along and acr
 # A gap of no particular cause.
 
 
-def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
+def generic_covariance(
+    along_m: np.ndarray, trials: int, frequencies: int, creeps: int = 0, rings: int = 0
+) -> np.ndarray:
     """Return the covariance (k, k) of a gap with displacements of one metre.
 
     Args:
         along_m: (m,) place of each marker on the straight robot, m.
         trials: number of trials.
         frequencies: number of frequencies.
+        creeps: number of speeds at which markers slide aside.
         rings: number of numbers from free decays.
     """
     between, of_beat = along_body(along_m), np.diag(np.append(1.0, harmonic_decay()) ** 2)
@@ -71,7 +75,8 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
     assert len(COURSE_PER_M) == len(COURSE)
     slides = SLIDE_PER_M**2 * between[:SLIDES, :SLIDES]
     features = block_diag([[SPEED_PER_M**2]], markers, slides, np.diag(np.square(COURSE_PER_M)))
-    return block_diag(*[features] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
+    beside = ((HERTZ_PER_M, frequencies), (CREEP_PER_M, creeps), (RING_PER_M, rings))
+    return block_diag(*[features] * trials, *(per_m**2 * np.eye(count) for per_m, count in beside))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,23 +87,25 @@ class GaussianProcessDiscrepancy:
         known: (k, k) covariance of what is known.
         generic: (k, k) covariance of a gap of one metre.
         frequencies: number of frequencies behind the features.
+        creeps: number of speeds at which markers slide aside, behind these.
         rings: number of numbers from free decays, at the row's end.
     """
 
     known: np.ndarray
     generic: np.ndarray
     frequencies: int
+    creeps: int = 0
     rings: int = 0
 
     def covariance(self, residual: np.ndarray) -> np.ndarray:
-        """Return the covariance (k, k) at the likeliest sizes of features, frequencies and decays.
+        """Return the covariance (k, k) at the likeliest sizes of features, frequencies, creeps and decays.
 
         The sizes are those in a residual (k,).
         """
         parts = [
             beside.likeliest_m(residual[own], ends) ** 2 * self.generic[own, own]
             for own, beside, ends in zip(
-                self._parts, self._decompositions, (_SIZES_M, _HERTZ_SIZES_M, _SIZES_M), strict=True
+                self._parts, self._decompositions, (_SIZES_M, _HERTZ_SIZES_M, _SIZES_M, _SIZES_M), strict=True
             )
             if beside is not None
         ]
@@ -106,9 +113,9 @@ class GaussianProcessDiscrepancy:
 
     @property
     def _parts(self) -> tuple[slice, ...]:
-        whole = len(self.generic)
-        ends = (0, whole - self.rings - self.frequencies, whole - self.rings, whole)
-        return tuple(slice(*both) for both in pairwise(ends))
+        beside = (self.frequencies, self.creeps, self.rings)
+        ends = np.cumsum([0, len(self.generic) - sum(beside), *beside])
+        return tuple(slice(*both) for both in pairwise(map(int, ends)))
 
     @cached_property
     def _decompositions(self) -> "tuple[_KnownAndGeneric | None, ...]":

@@ -324,7 +324,8 @@ class Hypotheses:
         like_any, loose: the residual against an unknown effect like any of the catalogue, and one without structure.
         effects: responses of the effects of the catalogue.
         priors: prior probabilities.
-        not_features: where the whitened residual holds frequencies and free decays, which are no features.
+        not_features: where the whitened residual holds frequencies, creeps and free decays, which are no features.
+        creeps: where it holds how fast markers slide aside of their neighbours.
         places: where an unknown effect may act: prior weight, and columns (k, b) in the whitened residual space.
     """
 
@@ -333,6 +334,7 @@ class Hypotheses:
     effects: Sequence[EffectResponse]
     priors: Priors
     not_features: slice = field(default_factory=lambda: slice(0, 0))
+    creeps: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
@@ -373,7 +375,8 @@ class Hypotheses:
         """Return the odds that what looks like an effect is an unknown one which differs from it.
 
         Where it differs by too little to show, it counts without another unknown effect; where that shows, with one.
-        But only clock and drive change frequencies, in each trial by as much as an effect says: not by chance.
+        But only clock and drive change frequencies, in each trial by as much as an effect says: not by chance. Nor does
+        a marker slide aside of its neighbours by as much as an effect says.
 
         Args:
             effect: number of the effect.
@@ -384,7 +387,8 @@ class Hypotheses:
         if not other:
             return self.priors.look_alike * unseen
         by_chance = self.priors.other / (1 - self.priors.other)
-        return self.priors.look_alike_beside * (1 - unseen) * self._of_features(effect) / by_chance
+        odds = self.priors.look_alike_beside * (1 - unseen) * self._of_features(effect) / by_chance
+        return odds * float(np.exp(-self._of_creeps(effect) / 2))
 
     def shows_in_features(self, name: str) -> bool:
         """Tell whether most of what an effect does is in features, not in frequencies or free decays."""
@@ -393,6 +397,12 @@ class Hypotheses:
     def _of_features(self, effect: int) -> float:
         squares = self._changes[effect] ** 2
         return float(np.delete(squares, self.not_features).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
+
+    def _of_creeps(self, effect: int) -> float:
+        """Return by how much an effect lessens the squares of the markers' slides aside; 0 where it does not."""
+        seen = (self.like_any.turn.T @ self.like_any.value)[self.creeps]
+        left = seen - self._changes[effect][self.creeps]
+        return max(float(seen @ seen - left @ left), 0.0)
 
     @cached_property
     def best(self) -> tuple[LinearResponse | None, ...]:

@@ -360,6 +360,7 @@ def _hypotheses(
         effects=effects,
         priors=priors,
         not_features=slice(features, features + linear.model.beside),
+        creeps=linear.model.places_of_creeps,
         places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
     )
 

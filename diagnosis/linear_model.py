@@ -11,10 +11,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import block_diag, solve_triangular
 
 from diagnosis.constants import (
     COURSE_OF_LAUNCH,
+    CREEP_OF_LAUNCH,
+    CREEP_SD_M_S,
     SLIDE_OF_LAUNCH_PER_S,
     TAKEN,
     perturbed_robots,
@@ -131,9 +133,9 @@ class LinearModel:
     @cached_property
     def generic(self) -> np.ndarray:
         """Covariance (k, k) of a gap of no particular cause that is one metre large."""
-        first = self.model.trials[0]
-        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-        return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
+        model = self.model
+        along_m = model.trials[0].along_m
+        return generic_covariance(along_m, len(self.trials), model.frequencies, model.of_creeps, model.of_rings)
 
     @cached_property
     def generic_root(self) -> np.ndarray:
@@ -157,7 +159,8 @@ class LinearModel:
     @cached_property
     def _gap(self) -> GaussianProcessDiscrepancy:
         measured = apart(self.generic, self.observed, 0.0)
-        return GaussianProcessDiscrepancy(self.covariance, measured, self.model.frequencies, self.model.of_rings)
+        sizes = self.model.frequencies, self.model.of_creeps, self.model.of_rings
+        return GaussianProcessDiscrepancy(self.covariance, measured, *sizes)
 
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
         """Return the model of other trials; boxes are as far off as in the fitted ones.
@@ -211,13 +214,16 @@ class LinearModel:
         """Number of the trial that each number of the row belongs to, (k,); -1 for free decays."""
         trials = np.arange(len(self.trials))
         own = len(self.model.measured) // len(trials)
-        whose = [np.repeat(trials, own), trials, np.array(self.model.logged, int), np.full(self.model.of_rings, -1)]
-        return np.concatenate(whose)
+        hertz = [trials, np.array(self.model.logged, int)]
+        creeps = np.repeat(trials, self.model.of_creeps // len(trials))
+        return np.concatenate([np.repeat(trials, own), *hertz, creeps, np.full(self.model.of_rings, -1)])
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """Return whether each number of the row is measured, (k,): all but features of markers that are not read."""
-        return np.concatenate([self.model.observed, np.ones(self.model.beside, bool)])
+        """Return whether each number of the row is measured, (k,): all but those of markers that are not read."""
+        found = np.concatenate([self.model.observed, np.ones(self.model.beside, bool)])
+        found[self.model.places_of_creeps] = self.model.creeps_observed
+        return found
 
     @cached_property
     def scored(self) -> np.ndarray:
@@ -244,7 +250,9 @@ class LinearModel:
         marker_part(kind)[:, 1, 1:3] = 3  # and across
         marker_part(kind)[..., 3:] = 4
         beside = np.zeros(len(self.observed) - own * trials, int)
-        whole = 5 * self.trial_of + np.concatenate([np.tile(kind, trials), beside])
+        kinds = np.concatenate([np.tile(kind, trials), beside])
+        kinds[model.places_of_creeps] = 1
+        whole = 5 * self.trial_of + kinds
         return np.array([whole == number for number in np.unique(whole)])
 
     @property
@@ -306,6 +314,9 @@ class LinearModel:
         if any(self.launch):
             features = features + np.diag(scatter_of_launch(self.model, *self.launch) ** 2)
         own = row_covariance(self.model, features, self.disturbances.robot)
+        creeps = self.model.places_of_creeps
+        own[creeps, creeps] += self.error**2 * CREEP_SD_M_S**2 * np.eye(self.model.of_creeps)
+        own[creeps, creeps] += self.launch[1] ** 2 * scatter_of_creeps(self.model)
         return own if self.common is None else own + self.common @ self.common.T
 
     @cached_property
@@ -329,14 +340,28 @@ def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 
         course: size of the scatter of the course, against the usual.
         slides: the same of the slides, which a tilted camera makes.
     """
-    first = model.trials[0]
-    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+    along_m = model.trials[0].along_m
     own = np.zeros(len(model.measured) // len(model.trials))
     places = places_of_slides(len(own))
     own[places] = slides * SLIDE_OF_LAUNCH_PER_S * np.abs(along_m[: places.stop - places.start])
     own[-len(COURSE) :] = np.multiply(course, COURSE_OF_LAUNCH)
     free = [not each.twin.scene.head_clamped for each in model.trials]
     return np.kron(free, own)
+
+
+def scatter_of_creeps(model: SessionModel) -> np.ndarray:
+    """Return the covariance (c, c) of how fast markers slide aside of their neighbours, between launches.
+
+    Each marker slides by itself, a high one more. With the head clamped none does.
+    """
+    found = [np.zeros((0, 0))]
+    for each in model.trials if model.of_creeps else ():
+        height_m = each.twin.robot.marker_positions_m(each.trial.markers)[:, 2]
+        above_m = height_m - height_m[[each.reader.nose, each.reader.neck]].mean()
+        sd = np.hypot(CREEP_OF_LAUNCH[0], CREEP_OF_LAUNCH[1] * above_m) * (not each.twin.scene.head_clamped)
+        slides = each.reader.against_neighbours(each.along_m) * sd
+        found.append(slides @ slides.T)
+    return np.asarray(block_diag(*found))
 
 
 def _clamp(twin: Twin) -> Twin:

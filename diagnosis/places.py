@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from diagnosis.constants import OF_WATER, PLACED, SLIDE_PER_M
+from diagnosis.constants import CREEP_PER_M, OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.linear_model import LinearModel
 from fitting.covariance import harmonic_decay
 from fitting.features import OF_A_MARKER, SPEED, advance_phase, places_of_slides
@@ -176,9 +176,9 @@ def local_discrepancies(linear: LinearModel, responses: ForceResponses) -> tuple
 
 
 def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield columns (k, t, 15) of each marker: mean and harmonics, whatever phase a trial begins at, and sliding.
+    """Yield columns (k, t, 16) of each marker: mean and harmonics, whatever phase a trial begins at, and sliding.
 
-    Sliding is left out from the twelfth marker on.
+    It slides along and aside; along only up to the eleventh marker.
     """
     decay = np.append(1.0, harmonic_decay())
     phases = linear.model.phase_rad
@@ -188,9 +188,12 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
         features = np.zeros((2 * OF_A_MARKER + 1, own))
         features[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
         features[-1, slides[number : number + 1]] = SLIDE_PER_M
-        columns = np.zeros((len(linear.residual), len(phases), len(features)))
-        for trial, phase in enumerate(phases):
-            columns[own * trial : own * (trial + 1), trial] = advance_phase(features, float(phase)).T
+        columns = np.zeros((len(linear.residual), len(phases), len(features) + 1))
+        for trial, (model, phase) in enumerate(zip(linear.model.trials, phases, strict=True)):
+            columns[own * trial : own * (trial + 1), trial, :-1] = advance_phase(features, float(phase)).T
+            aside = model.reader.against_neighbours(model.along_m)[:, number]
+            first = linear.model.places_of_creeps.start + len(aside) * trial
+            columns[first : first + len(aside), trial, -1] = CREEP_PER_M * aside
         yield f"marker {marker}", columns
 
 

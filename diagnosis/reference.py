@@ -49,7 +49,7 @@ from diagnosis.discrepancy import generic_covariance
 from diagnosis.effect_response import EffectResponse
 from diagnosis.evidence import Hypotheses, covariances_of_rest
 from diagnosis.hypotheses import Assumed, Hypothesis, Probabilities
-from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_launch
+from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_creeps, scatter_of_launch
 from diagnosis.refit import Refit
 from diagnosis.result import ComparedWith, Visible
 from fitting.affected_trials import with_picture
@@ -269,6 +269,8 @@ class Comparison:
         parts.append(features + count + np.array(logged, int))
         first = model.places_of_rings.start
         decays = [i for i, whose in enumerate(self.rings) if whose == group]
+        each = model.of_creeps // count
+        parts += [np.arange(each * i, each * (i + 1)) + model.places_of_creeps.start for i in numbers]
         parts += [np.arange(RING_NUMBERS * i, RING_NUMBERS * (i + 1)) + first for i in decays]
         return np.concatenate(parts)
 
@@ -314,8 +316,11 @@ class Comparison:
     @cached_property
     def _of_launch(self) -> np.ndarray:
         """Covariance (k, k) of what usually differs from launch to launch, but for the drive."""
-        course = np.concatenate([scatter_of_launch(self.joint.model), np.zeros(self.joint.model.beside)])
-        return self._between_launches(of_drive=False) + np.diag(course**2)
+        model = self.joint.model
+        found = self._between_launches(of_drive=False) + self._padded(np.diag(scatter_of_launch(model) ** 2))
+        creeps = model.places_of_creeps
+        found[creeps, creeps] += scatter_of_creeps(model)
+        return found
 
     @cached_property
     def _of_drive(self) -> np.ndarray:
@@ -339,8 +344,7 @@ class Comparison:
         """Covariance (k, k) of an error of one metre that is smooth over frequency, the same in both sessions."""
         model = self.joint.model
         first, count = model.trials[0], len(model.trials)
-        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-        directions = np.linalg.cholesky(generic_covariance(along_m, 1, 0)).T  # (g, g)
+        directions = np.linalg.cholesky(generic_covariance(first.along_m, 1, 0)).T  # (g, g)
         turned = advance_phase(np.repeat(directions[:, None], count, axis=1), model.phase_rad)  # (q, t, g)
         columns = turned.reshape(len(turned), -1).T  # (t g, q)
         ln_hz = np.log([each.trial.frequency.hz for each in model.trials])

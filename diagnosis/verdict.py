@@ -103,6 +103,11 @@ def borderline(said: Verdict, found: Probabilities) -> Verdict | None:
     return next((other for other in near if other != said), None)
 
 
+def is_near(value: float, threshold: float) -> bool:
+    """Tell whether a probability or a share is so near to a threshold that it is told."""
+    return abs(value - threshold) <= NEAR_THRESHOLD
+
+
 def _is_sure(found: Probabilities, group: tuple[str, ...], shift: float = 0.0) -> bool:
     """Tell whether the gap, if there is one, certainly looks like one of a group."""
     seen = found.any_seen([found.names.index(name) for name in group])
@@ -189,6 +194,7 @@ class Validated(NamedTuple):
         skill: skill of the effects that stay, on trials left out in turn; None where nothing is named, or trials are
             too few.
         refutations: the withdrawn effects, in that order; alternatives stay as probable.
+        near: the other verdict, where a check after the probabilities nearly led to it; else None.
     """
 
     verdict: Verdict
@@ -196,6 +202,7 @@ class Validated(NamedTuple):
     best: Refit | None
     skill: SkillScore | None = None
     refutations: tuple[WithdrawnEffects, ...] = ()
+    near: Verdict | None = None
 
 
 def validated(
@@ -216,13 +223,13 @@ def validated(
     """
     if found.best is None or len(linear.swims) < FEWEST_TRIALS:
         return found
-    verdict, probabilities, best, _, refutations = found
+    verdict, probabilities, best, _, refutations, near = found
     plain = left_out(linear, Refit.plain(linear))
     while best is not None:
         skill = skill_score(plain, left_out(linear, best), linear.trial_of[linear.scored], seed)
         against = refutable(skill, best, hypotheses)
         if not against:
-            return Validated(verdict, probabilities, best, skill, refutations)
+            return Validated(verdict, probabilities, best, skill, refutations, None if refutations else near)
         weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
         assert skill.value is not None
         assert skill.interval is not None

@@ -144,7 +144,8 @@ def _components(
     found[GapComponent("camera", "on the body")] = of_features(linear, TAKEN.marker_m * nuisances.per_marker)
     found[GapComponent("camera", "in the picture")] = of_features(linear, _SEEN_M * nuisances.per_box)
     found[GapComponent("camera", "beating")] = _in_each_trial(linear, _beats)
-    found[GapComponent("camera", "sliding")] = _in_each_trial(linear, _slides)
+    aside = _SEEN_M / _SLIDES_S * np.eye(len(linear.residual))[:, linear.model.places_of_creeps]
+    found[GapComponent("camera", "sliding")] = np.hstack([_in_each_trial(linear, _slides), aside])
     found[GapComponent("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
     found[GapComponent("drive", "ripple")] = _in_each_trial(linear, _ripples)
     found[GapComponent("drive", "frequency")] = other_frequencies(linear)
@@ -331,22 +332,33 @@ def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, flo
     squares /= squares.sum()
     trials, markers = linear.trials, linear.trials[0].markers
     count = len(linear.model.measured)
-    features, hertz, ringing = np.split(squares, [count, count + linear.model.frequencies])
-    features = features.reshape(len(trials), -1)
+    creeps = linear.model.places_of_creeps
+    features, hertz, aside, ringing = np.split(squares, [count, creeps.start, creeps.stop])
+    features, aside = features.reshape(len(trials), -1), aside.reshape(len(trials), -1)
     of_trial = np.array(hertz[: len(trials)])
     of_trial[list(linear.model.logged)] += hertz[len(trials) :]
     speed, beats, course = features[:, SPEED], marker_part(features), features[:, -len(COURSE) :]
     slides = features[:, places_of_slides(features.shape[1])].sum(axis=0)  # (s,)
-    bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
+    bands = {"mean": beats[..., 0].sum(), "drift": slides.sum() + aside.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
     rings = zip(linear.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
     of_decay = {ring.name: float(part.sum()) for ring, part in rings}
     no_markers = (speed, course, hertz, *([ringing] if of_decay else ()))
     alone = {name: float(part.sum()) for name, part in zip(OF_NO_MARKER, no_markers, strict=False)}
     return {
-        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, features, of_trial, strict=True)} | of_decay,
-        "by_marker": {name: float(beats[:, i].sum() + slides[i : i + 1].sum()) for i, name in enumerate(markers)}
+        "by_trial": {
+            t.name: float(g.sum() + f + a.sum()) for t, g, f, a in zip(trials, features, of_trial, aside, strict=True)
+        }
+        | of_decay,
+        "by_marker": {
+            name: float(beats[:, i].sum() + slides[i : i + 1].sum() + aside[:, i : i + 1].sum())
+            for i, name in enumerate(markers)
+        }
         | alone,
-        "by_axis": {"along": float(beats[:, :, 0].sum() + slides.sum()), "across": float(beats[:, :, 1].sum())} | alone,
+        "by_axis": {
+            "along": float(beats[:, :, 0].sum() + slides.sum()),
+            "across": float(beats[:, :, 1].sum() + aside.sum()),
+        }
+        | alone,
         "by_band": {name: float(share) for name, share in bands.items()} | alone,
     }

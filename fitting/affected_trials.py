@@ -15,7 +15,7 @@ from fitting.measure_trial import measure_trial
 from fitting.ring import Ring, ring_changes
 from fitting.session_model import SessionModel
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import TrialModel
+from fitting.trial_model import TrialModel, trajectories_together
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.effect import Effect, View
 from swimcal.runs import Runs, Trajectories
@@ -180,9 +180,26 @@ class AffectedTrial:
 
         They are nan where the twin diverged.
         """
+        return self.model.in_step(self.model.reader(self._tracked(runs, motion)))
+
+    def creeps(self, motion: Trajectories, values: np.ndarray) -> np.ndarray:
+        """Return how much faster markers slide aside of their neighbours with values (s, p), (s, m) m/s.
+
+        Only what is seen of the plain twin's motion counts: no bend makes a marker slide aside.
+
+        Args:
+            motion: the plain twin's.
+            values: (s, p) of all effects.
+        """
+        every = np.vstack([np.zeros((1, values.shape[1])), values])
+        runs, again = self.runs(np.zeros((len(every), 5)), every), np.zeros(len(every), int)
+        found = self.model.creeps(self._tracked(runs, motion.part(again, motion.marker_m.shape[1])))
+        return np.asarray(found[1:] - found[0])
+
+    def _tracked(self, runs: AffectedRuns, motion: Trajectories) -> np.ndarray:
+        """Return the markers (s, n, m, 2) in the kept frames, as tracks would show them."""
         tracked = self.twin.tracked(runs, motion, self.view)
-        kept = np.compress(self.model.trial.kept[: len(self.model.time_s)], tracked, axis=1)
-        return self.model.in_step(self.model.reader(kept))
+        return np.compress(self.model.trial.kept[: len(self.model.time_s)], tracked, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +208,13 @@ class AffectedSession:
 
     Attributes:
         trials: the t trials, each with a twin that has the same effects; equal twins are simulated together.
+        motions: how the plain twin swims those that tell whether markers slide aside; of all trials, or of none.
         logged: numbers of those whose motor was logged.
         rings: free decays of the same robot.
     """
 
     trials: tuple[AffectedTrial, ...]
+    motions: tuple[Trajectories, ...] = ()
     logged: tuple[int, ...] = ()
     rings: tuple[Ring, ...] = ()
 
@@ -212,10 +231,10 @@ class AffectedSession:
             coefficients: (5,).
         """
         twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in model.trials}
-        views = views_of(model, camera, tuple(map(float, coefficients)))
-        trials = zip(model.trials, views, strict=True)
+        at = tuple(map(float, coefficients))
+        trials = zip(model.trials, views_of(model, camera, at), strict=True)
         affected = tuple(AffectedTrial(each, twins[id(each.twin)], view) for each, view in trials)
-        return cls(affected, model.logged, model.rings)
+        return cls(affected, _plain_motions(model, at) if model.of_creeps else (), model.logged, model.rings)
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -244,16 +263,31 @@ class AffectedSession:
     def beside(self, values: np.ndarray) -> np.ndarray:
         """Return the change (s, b) by values (s, p) of the numbers after the features; 0 where nobody knows.
 
-        They are those of frequencies, and of free decays: there only effects act that can show in one.
+        They are those of frequencies, of markers that slide aside, which only what is seen of a swim does, and of free
+        decays: there only effects act that can show in one.
         """
         twin = self.trials[0].twin.plain
         hertz = self.hertz(np.vstack([np.zeros((1, values.shape[1])), values]))
         return np.hstack(
             [
                 np.nan_to_num(hertz[1:] - hertz[0]),
+                *self._creeps(values),
                 *(ring_changes(ring, twin, self.effects, values) for ring in self.rings),
             ]
         )
+
+    def _creeps(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return the change (s, m) by values (s, p) of how fast markers slide aside, trial by trial."""
+        trials = zip(self.trials, self.motions, strict=bool(self.motions))
+        if any("observe" in effect.enters() for effect in self.effects):
+            return [trial.creeps(motion, values) for trial, motion in trials]
+        return [np.zeros((len(values), len(trial.model.trial.markers))) for trial, _ in trials]
+
+
+@lru_cache(maxsize=8)
+def _plain_motions(model: SessionModel, coefficients: tuple[float, ...]) -> tuple[Trajectories, ...]:
+    """Return how the plain twin swims each trial at coefficients (5,)."""
+    return tuple(trajectories_together(model.trials, np.array([coefficients])))
 
 
 @lru_cache(maxsize=8)
@@ -265,8 +299,9 @@ def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float,
         camera: the camera that filmed them.
         coefficients: (5,) of the plain twin.
     """
-    size, at = picture_px([each.trial for each in model.trials], camera), np.array([coefficients])
-    return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
+    size = picture_px([each.trial for each in model.trials], camera)
+    swum = zip(model.trials, _plain_motions(model, coefficients), strict=True)
+    return tuple(view_of(each.trial, each.positions_in(motion)[0], camera, size) for each, motion in swum)
 
 
 @lru_cache(maxsize=8)

@@ -312,10 +312,9 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     """Return the root (k, q) of a wave error of 100 % for each block, in phase where their tails are farthest left."""
     length, first = len(blocks[0].features), blocks[0].model
     markers = slice(marker_slice(length).stop)
-    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
     observed = np.array([block.model.reader.observed[markers] for block in blocks], float)  # (b, k)
     both = np.einsum("bi,bj->ij", observed, observed)
-    waves = [wave_discrepancy(block.features[markers], along_m) for block in blocks]
+    waves = [wave_discrepancy(block.features[markers], first.along_m) for block in blocks]
     mean = sum(wave * np.outer(seen, seen) for wave, seen in zip(waves, observed, strict=True)) / np.maximum(both, 1.0)
     values, vectors = np.linalg.eigh(mean)
     root = np.zeros((length, markers.stop))

@@ -99,10 +99,48 @@ class FeatureReader:
         features = np.concatenate(pieces, axis=1)
         return features.reshape(*position_m.shape[:-3], features.shape[-1])
 
-    def paces(self, position_m: np.ndarray) -> np.ndarray:
-        """Return how fast each marker slides along + i across the fish, (m,) m/s, at positions (n, m, 2)."""
-        place, path, *_ = self._cruise(position_m[None])
-        return np.asarray(self._read_beats(place - path[..., None])[1][0])
+    def creeps(self, position_m: np.ndarray, along_m: np.ndarray) -> np.ndarray:
+        """Return how fast each marker slides to the left of its neighbours, (..., m) m/s; no bend of the body does so.
+
+        Args:
+            position_m: (..., n, m, 2); samples that do not count may be nan.
+            along_m: (m,) places of the markers along the straight robot.
+        """
+        flat = position_m.reshape(-1, *position_m.shape[-3:])
+        place, path, *_ = self._cruise(flat)
+        aside = self._read_beats(place - path[..., None])[1].imag
+        found = aside @ self.against_neighbours(along_m).T
+        return np.asarray(found.reshape(*position_m.shape[:-3], -1))
+
+    def aside_of_neighbours(self, position_m: np.ndarray, along_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where markers are from the line through their neighbours, along + i aside, and which samples count.
+
+        Both are (n, m).
+
+        Args:
+            position_m: (n, m, 2).
+            along_m: (m,) places of the markers along the straight robot.
+        """
+        take = self.against_neighbours(along_m)
+        hidden = (~self.usable).astype(float) @ np.abs(np.sign(take)).T  # samples that a place rests on and that lack
+        return self._cruise(position_m[None])[0][0] @ take.T, (hidden == 0) & take.any(axis=1)
+
+    def against_neighbours(self, along_m: np.ndarray) -> np.ndarray:
+        """Return the matrix (m, m) that takes from each marker's way aside that of the line through its neighbours.
+
+        Rows of markers that are not judged are 0: of nose and neck, on which the heading rests, of the first and the
+        last, which have one neighbour, and of those that are not read.
+
+        Args:
+            along_m: (m,) places of the markers along the straight robot.
+        """
+        found = np.zeros((len(along_m),) * 2)
+        order = [i for i in np.argsort(along_m, kind="stable") if self.read[i]]
+        for front, own, rear in zip(order, order[1:], order[2:], strict=False):
+            if own not in (self.nose, self.neck) and along_m[rear] > along_m[front]:
+                place = (along_m[own] - along_m[front]) / (along_m[rear] - along_m[front])
+                found[own, [front, own, rear]] = place - 1, 1.0, -place
+        return found
 
     def _read_beats(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and harmonics (s, m, 7) and paces (s, m) of places (s, n, m), all along + i across."""
@@ -159,6 +197,11 @@ class FeatureReader:
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
         read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # scaled time becomes seconds
         return read
+
+    @property
+    def readers_of_pace(self) -> np.ndarray:
+        """Readers (m, n) of how fast each marker slides, along or across."""
+        return self._beats[:, OF_A_MARKER]
 
     @cached_property
     def _powers(self) -> np.ndarray:

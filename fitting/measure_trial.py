@@ -129,9 +129,8 @@ def _flag_creep(trial: MeasuredTrial, robot: RobotSpec, length_m: float) -> tupl
         reader = FeatureReader.of(trial)
     except NotEnoughData:
         return ()
-    aside_m = reader.paces(trial.position_m[trial.kept]).imag * np.ptp(reader.time_s)
-    along_m = robot.marker_positions_m(trial.markers)[:, 0]
-    return creep_flags(trial.markers, along_m, aside_m, reader.read, length_m)
+    creeps = reader.creeps(trial.position_m[trial.kept], robot.marker_positions_m(trial.markers)[:, 0])
+    return creep_flags(trial.markers, creeps * np.ptp(reader.time_s), length_m)
 
 
 def _flag_known(trial: MeasuredTrial) -> tuple[Flag, ...]:

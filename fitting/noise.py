@@ -238,18 +238,23 @@ class FeatureNoise:
 
     def covariance(self, reader: FeatureReader) -> np.ndarray:
         """Return the covariance (k, k) of the features of these frames."""
-        rows = np.nan_to_num(self.sd_m)[:, None, None] * reader.readers  # (m, r, n)
-        each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
-        for part in self.parts:
-            spread = part.spread(rows, reader.time_s)
-            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", spread, rows)
-        for m, own in enumerate(rows):
-            each[m, :, m] += (self.white + _JITTER) * own @ own.T
+        each = self._between(reader.readers, reader.time_s)
         both = np.moveaxis(reader.sums, 1, 0).reshape(2, len(reader.sums), -1)  # (2, k, m r)
         return np.asarray(sum(sums @ each.reshape((sums.shape[1],) * 2) @ sums.T for sums in both))
 
+    def _between(self, readers: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """Return the covariance (m, r, m, r) of what readers (m, r, n) read of each marker, either way."""
+        rows = np.nan_to_num(self.sd_m)[:, None, None] * readers
+        each = np.zeros(rows.shape[:2] * 2)
+        for part in self.parts:
+            spread = part.spread(rows, time_s)
+            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", spread, rows)
+        for m, own in enumerate(rows):
+            each[m, :, m] += (self.white + _JITTER) * own @ own.T
+        return each
 
-def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
+
+def noise_of(reader: FeatureReader, position_m: np.ndarray, *, may_sway: bool = True) -> FeatureNoise:
     """Estimate the noise of tracks.
 
     Of more than `_MOST_FRAMES` frames it reads every second, third and so on: work grows with the cube of their number.
@@ -257,19 +262,39 @@ def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
     Args:
         reader: reader of n frames.
         position_m: (n, m, 2) positions in these, m.
+        may_sway: whether a slow smooth process may be part of it.
     """
     some = slice(None, None, -(-len(position_m) // _MOST_FRAMES))
     columns, time_s, usable = (each[some] for each in (beside(reader), reader.time_s, reader.usable))
     position_m = position_m[some]
     groups = _by_mask(usable, position_m, columns)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        parts, sd_m = _in_time(groups, columns, time_s, usable.shape[1])
+        parts, sd_m = _in_time(groups, columns, time_s, usable.shape[1], may_sway)
         sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))  # hardly seen: as the worst
         sd_m[~reader.read] = np.nan
         in_time, correlation = [part.over(time_s) for part in parts], _correlation(parts, time_s)
         across = across_markers(position_m / sd_m[:, None], usable, columns, in_time, correlation)
     together = [replace(part, across=each) for part, each in zip(parts, across, strict=True)]
     return FeatureNoise(sd_m, together, reader.time_s)
+
+
+def covariance_of_creeps(reader: FeatureReader, position_m: np.ndarray, along_m: np.ndarray) -> np.ndarray:
+    """Return the covariance (m, m) of `FeatureReader.creeps` by the noise of tracks.
+
+    The noise is that of markers against their neighbours, who sway with them and so hide it.
+
+    Args:
+        reader: reader of n frames.
+        position_m: (n, m, 2) positions in these, m.
+        along_m: (m,) places of the markers along the straight robot.
+    """
+    aside_m, usable = reader.aside_of_neighbours(position_m, along_m)
+    found, judged = np.zeros((len(along_m),) * 2), np.flatnonzero(usable.any(axis=0))
+    if len(judged):
+        own = replace(reader, usable=usable[:, judged])
+        noise = noise_of(own, np.stack([aside_m.real, aside_m.imag], axis=-1)[:, judged], may_sway=False)
+        found[np.ix_(judged, judged)] = noise._between(reader.readers_of_pace[judged, None], reader.time_s)[:, 0, :, 0]
+    return found
 
 
 def beside(reader: FeatureReader) -> np.ndarray:
@@ -295,7 +320,7 @@ def _swaying(x: np.ndarray) -> list[NoisePart]:
 
 
 def _in_time(
-    groups: Sequence["_Group"], columns: np.ndarray, time_s: np.ndarray, markers: int
+    groups: Sequence["_Group"], columns: np.ndarray, time_s: np.ndarray, markers: int, may_sway: bool
 ) -> tuple[list[NoisePart], np.ndarray]:
     """Return the lasting parts, and the standard deviations (m,); nan for a marker that is hardly seen."""
 
@@ -310,7 +335,8 @@ def _in_time(
         best = minimize(deviance, start, method="Nelder-Mead", options=options)
         return float(best.fun), parts_of(best.x)
 
-    plain, swaying = found(_plain, np.array(_START)), found(_swaying, np.array(_WITH_SWAY))
+    plain = found(_plain, np.array(_START))
+    swaying = found(_swaying, np.array(_WITH_SWAY)) if may_sway else plain
     parts = swaying[1] if swaying[0] < plain[0] - _WORTH else plain[1]
     matrix, sd_m = _correlation(parts, time_s), np.full(markers, np.nan)
     for group in groups:

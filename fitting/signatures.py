@@ -1,8 +1,9 @@
 """Signatures of effects: how what a session measured would change with an effect.
 
 What a session measured is one row: the features of all swims, then the differences of their frequencies from the
-commands, and then the numbers of free decays (`residual_row`, `row_slopes`, `row_covariance`). In the space `Whitened`
-all that disturbs a row has unit size. `fitting.affected_trials` has the twins behind it.
+commands, how fast markers slide aside of their neighbours, and the numbers of free decays (`residual_row`,
+`row_slopes`, `row_covariance`). In the space `Whitened` all that disturbs a row has unit size.
+`fitting.affected_trials` has the twins behind it.
 
 A `Signature` is the change of the row at a few strengths of an effect. The change over the strength, the slope of a
 chord, is taken to be right about that strength (`pieces`). Nearer to zero the slope goes on as it changes from the
@@ -47,7 +48,7 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """Return the residual (k + b,) of the features, and of the numbers after them.
 
     The residual of frequencies is their difference from the commands, Hz: first those of all tails, as filmed, then
-    those of the motors that were logged; and then of free decays.
+    those of the motors that were logged. Then come the speeds at which markers slide aside, and free decays.
 
     Args:
         model: the session.
@@ -57,7 +58,7 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     trials = [each.trial for each in model.trials]
     hertz = [0.0 if trial.commanded_hz is None else trial.filmed_hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
-    return np.concatenate([residual, hertz, logged, *(ring.residual for ring in model.rings)])
+    return np.concatenate([residual, hertz, logged, model.measured_creeps, *(ring.residual for ring in model.rings)])
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -94,7 +95,8 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
     doubted = model.ring_sensitivities
     told = apart(features, model.observed)
     of_tracks = np.diag(np.concatenate([np.zeros(0), *(ring.sd for ring in model.rings)]) ** 2)
-    whole = block_diag(told, hertz @ correlation @ hertz, of_tracks + doubted @ doubted.T)
+    creeps = apart(model.covariance_of_creeps, model.creeps_observed)
+    whole = block_diag(told, hertz @ correlation @ hertz, creeps, of_tracks + doubted @ doubted.T)
     if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
         shared = robot @ doubted.T
         whole[: len(features), len(whole) - len(doubted) :] = shared
@@ -188,7 +190,8 @@ class Signature:
         effect: the effect, with the parameters that these trials' markers give it.
         values: (q, p) strengths that were tried.
         features: (q, k) change of the row of features; nan where the twin diverged.
-        beside: (q, b) change of what the trials' commands lead to, as filmed and as logged, Hz, and of how decays ring.
+        beside: (q, b) change of what the trials' commands lead to, as filmed and as logged, Hz, of how fast markers
+            slide aside, m/s, and of how decays ring.
     """
 
     effect: Effect

@@ -13,7 +13,7 @@ from fitting.pool import design, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
-from swimcal.session_file import HEAD_MARKERS, OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
+from swimcal.session_file import OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
 from tracking.head_frame import HeadFrame
 
 SCALE_OFF = 0.05
@@ -259,33 +259,22 @@ def sight_flags(
     return tuple(flags)
 
 
-def creep_flags(
-    markers: Sequence[str], along_m: np.ndarray, aside_m: np.ndarray, read: np.ndarray, length_m: float
-) -> tuple[Flag, ...]:
+def creep_flags(markers: Sequence[str], aside_m: np.ndarray, length_m: float) -> tuple[Flag, ...]:
     """Flag the marker that slides farthest aside of the line through its neighbours, which a bend does not do.
-
-    Nose and neck, which the heading rests on, and the last marker, which has one neighbour, are not judged.
 
     Args:
         markers: names of the m markers.
-        along_m: (m,) places along the straight robot.
-        aside_m: (m,) ways to the left, from the first to the last compared frame.
-        read: (m,) markers that take part.
+        aside_m: (m,) ways to the left of its neighbours, from the first to the last compared frame; 0 of those that
+            are not judged.
         length_m: distance from nose to neck.
     """
-    order = [i for i in np.argsort(along_m, kind="stable") if read[i]]
-    found = {}
-    for front, own, rear in zip(order, order[1:], order[2:], strict=False):
-        if markers[own] not in HEAD_MARKERS and along_m[rear] > along_m[front]:
-            place = (along_m[own] - along_m[front]) / (along_m[rear] - along_m[front])
-            found[own] = aside_m[own] - (1 - place) * aside_m[front] - place * aside_m[rear]
-    worst = max(found, key=lambda own: abs(found[own]), default=None)
-    if worst is None or abs(found[worst]) <= _CREEP * length_m:
+    worst = int(np.argmax(np.abs(aside_m)))
+    if abs(aside_m[worst]) <= _CREEP * length_m:
         return ()
-    side = "left" if found[worst] > 0 else "right"
+    side = "left" if aside_m[worst] > 0 else "right"
     message = (
-        f"{markers[worst]} slides {1000 * abs(found[worst]):.0f} mm to the {side} of its neighbours from the first to "
-        "the last compared frame, which no bend of the body does: did its tracker or the marker creep? The trial "
+        f"{markers[worst]} slides {1000 * abs(aside_m[worst]):.0f} mm to the {side} of its neighbours from the first "
+        "to the last compared frame, which no bend of the body does: did its tracker or the marker creep? The trial "
         "counts as it is"
     )
     return (Flag(CREEPS, (markers[worst],), message=message),)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.features import OF_A_MARKER, SPEED, FeatureReader, advance_phase, marker_slice, phase_between
-from fitting.noise import FeatureNoise, noise_of
+from fitting.noise import FeatureNoise, covariance_of_creeps, noise_of
 from fitting.phase import phase_from_harmonic
 from fitting.structure import PerturbedTwin
 from fitting.trial import MeasuredTrial
@@ -176,6 +176,30 @@ class TrialModel:
         """Covariance (k, k) of the measured features."""
         return self.noise.covariance(self.reader)
 
+    @cached_property
+    def along_m(self) -> np.ndarray:
+        """Places of the markers along the straight robot, (m,) m."""
+        return self.twin.robot.marker_positions_m(self.trial.markers)[:, 0]
+
+    def creeps(self, position_m: np.ndarray) -> np.ndarray:
+        """Return how fast markers slide aside of their neighbours at positions (..., n, m, 2), (..., m) m/s."""
+        return self.reader.creeps(position_m, self.along_m)
+
+    @cached_property
+    def measured_creeps(self) -> np.ndarray:
+        """The measured `creeps`, (m,) m/s."""
+        return self.creeps(self._keep(self.trial.position_m))
+
+    @property
+    def judged(self) -> np.ndarray:
+        """Return whether each marker has neighbours aside of which it may slide, (m,)."""
+        return np.asarray(self.reader.against_neighbours(self.along_m).any(axis=1))
+
+    @cached_property
+    def covariance_of_creeps(self) -> np.ndarray:
+        """Covariance (m, m) of the measured creeps."""
+        return covariance_of_creeps(self.reader, self._keep(self.trial.position_m), self.along_m)
+
     @property
     def places_of_head(self) -> np.ndarray:
         """Columns of `Sensitivities.boxes` and `markers` that belong to nose and neck, (4,)."""
@@ -264,7 +288,11 @@ class TrialModel:
 
     def positions(self, coefficients: np.ndarray) -> np.ndarray:
         """Simulate the markers (s, n, m, 2) at coefficients (s, 5) in the kept frames, in the twin's own frame, m."""
-        return self._keep(self._marker_m(self.trajectories(coefficients)))
+        return self.positions_in(self.trajectories(coefficients))
+
+    def positions_in(self, motion: Trajectories) -> np.ndarray:
+        """Return the markers (s, n, m, 2) of trajectories in the kept frames, in the twin's own frame, m."""
+        return self._keep(self._marker_m(motion))
 
     def trajectories(self, coefficients: np.ndarray) -> Trajectories:
         """Simulate the trial at coefficients (s, 5)."""
@@ -299,7 +327,7 @@ class TrialModel:
 
         Features of a twin that is thrown about, as before it diverges, are nan as well.
         """
-        found = self.in_step(self.reader(self._keep(self._marker_m(motion))))
+        found = self.in_step(self.reader(self.positions_in(motion)))
         with np.errstate(invalid="ignore"):
             stands = (np.abs(found) < _THROWN).all(axis=-1, keepdims=True)
         return np.where(stands, found, np.nan)

@@ -285,7 +285,8 @@ class SessionRows:
     def _residual_with_course(self) -> np.ndarray:
         """(t, k) residual of the base state, with course and sliding."""
         trials = tuple(replace(each, with_course=True) for each in self.model.trials)
-        return residual_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
+        model = SessionModel(trials)
+        return residual_row(model, self.coefficients)[: len(model.measured)].reshape(len(trials), -1)
 
     def _compute_change(self, others: SessionModel, at: np.ndarray) -> Change:
         """Return the change with each twin at its own beat; the difference in frequency comes after the features.

@@ -196,7 +196,7 @@ def _of_trial(
     model, root = block.model, root_of(covariance)
     outer = np.concatenate([draws_about(mean, random.standard_normal(mean.shape) @ root) for _ in range(_NOISES)])
     together = FeatureForecast(model, mean.mean(axis=0), covariance + np.cov(mean.T))
-    place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+    place_m = model.along_m
     forecast, read = score_forecast(trial, together, seed), model.reader.read
     chord = forecast.speed - together.speed  # features hold the speed along the path
     return PredictedTrial(

@@ -128,7 +128,7 @@ def whiteness(model: TrialModel) -> Whiteness:
     """Test the noise of one trial's tracks; of a long trial, that of its beginning."""
     reader, noise, columns = model.reader, model.noise, beside(model.reader)
     seen = reader.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
-    along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+    along_m = model.along_m
     order = np.array([m for m in np.argsort(along_m) if seen[m]], int)
     usable = reader.usable[: _SAMPLES // max(len(order), 1), order]
     scaled = model.trial.position_m[model.trial.kept][: len(usable), order] / noise.sd_m[order, None]

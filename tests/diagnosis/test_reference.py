@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from diagnosis.constants import ONE_CHANGE
-from diagnosis.diagnose import Diagnosis, Settings, diagnose
+from diagnosis.diagnose import Diagnosis, Settings, _name_change, _share_left, diagnose
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.hypotheses import average_hypotheses
 from diagnosis.linear_model import SessionData
 from diagnosis.reference import Comparison, Sizes
+from diagnosis.refit import Refit
 from diagnosis.sentences import where, which
 from diagnosis.verdict import verdict_of
 from fitting.dry_run import with_arm
@@ -27,7 +28,7 @@ from swimcal.errors import NotEnoughData
 from swimcal.twin import Twin
 from tests.cases import later
 from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, shorter
-from tests.fitting.exact_swims import exact_swims
+from tests.fitting.exact_swims import exact_swims, exact_twin
 
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error", "joint_damping")}
 LONGER = 0.03  # by which the arm of the changed robot is longer
@@ -81,6 +82,41 @@ def test_a_change_is_named_with_its_size_not_with_the_error_of_both() -> None:
     assert best is not None
     sd = float(np.sqrt(best.covariance[5, 5]))
     assert best.values[0] == pytest.approx(LONGER, abs=max(3 * sd, 0.01))
+
+
+def test_a_drift_is_told_from_a_marker_off_its_place_and_what_is_near_a_threshold_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A marker slides aside of its neighbours, which one off its place does not, however far it is off in the mean."""
+    pace, twin, drifting = 0.003, exact_twin(workers=1), []
+    for swim in swims(0.0, 5):
+        before, own, behind = (swim.markers.index(name) for name in ("tail_3", "tail_4", "tail_5"))
+        position_m = swim.position_m.copy()
+        along = position_m[:, behind] - position_m[:, before]
+        across = along[:, ::-1] * [-1.0, 1.0] / np.linalg.norm(along, axis=1, keepdims=True)
+        position_m[:, own] += pace * (swim.time_s - swim.time_s[0])[:, None] * across
+        drifting.append(swim.seen_as(position_m=position_m))
+    changed = replace(data(0.0, 5, twin), trials=tuple(drifting), reference=data(0.0, 1, twin))
+    effects = {name: catalogue()[name] for name in ("marker_offset", "tracker_drift")}
+    found = diagnose(changed, effects, Settings("quick"))
+    assert found.said.verdict.groups == (("tracker_drift",),)
+    best = found.said.best
+    assert best is not None
+    number = [each.name for each in best.effects[0].parameters].index("tail_4_across")
+    assert abs(best.values[number]) == pytest.approx(pace, rel=0.3)
+
+    linear = found.weighed.linear
+    refits = {"tracker_drift": best, "marker_offset": Refit.plain(linear)}
+    left = _share_left(linear, best)
+    for most, told in (
+        (left - 0.1, ("unexplained", None)),
+        (left - 0.001, ("unexplained", "named")),
+        (left + 0.001, ("named", "unexplained")),
+        (left + 0.1, ("named", None)),
+    ):
+        monkeypatch.setattr("diagnosis.diagnose.MOST_LEFT_OF_CHANGE", most)
+        said = _name_change(found.weighed, lambda names: refits[names[0]], Settings("quick"), len(effects))
+        assert (said.verdict.name, said.near and said.near.name) == told
 
 
 @pytest.mark.long

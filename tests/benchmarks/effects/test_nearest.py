@@ -34,7 +34,7 @@ class LinearModel:
             SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, filmed_hz=1.0, frequency=SimpleNamespace(hz=1.0)))
         ]
 
-    logged, frequencies, beside, rings = (), 1, 1, ()
+    logged, frequencies, beside, rings, measured_creeps = (), 1, 1, (), np.zeros(0)
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))

@@ -66,6 +66,24 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     assert phase_between(features, advance_phase(features, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
+def test_a_marker_creeps_aside_of_its_neighbours_whatever_course_the_fish_takes() -> None:
+    """Not where all turn together; nose, neck and the ends are not judged, nor is a marker that is not seen."""
+    pace, own, turning = 0.004, 4, 0.1
+    heading = 0.8 + turning * TIME_S
+    along = cruising() @ [1.0, 1j]
+    creeping = along + 1j * pace * (TIME_S - TIME_S.mean())[:, None] * (np.arange(len(ALONG_M)) == own)
+    usable = np.ones(along.shape, bool)
+    usable[:, 5] = False
+
+    found = reader(usable).creeps(pool(np.stack([along, creeping]) * np.exp(1j * heading)[:, None]), ALONG_M)
+
+    assert found[0] == pytest.approx(0.0, abs=5e-5)
+    assert found[1, own] == pytest.approx(pace, rel=0.02)
+    assert not found[1, [0, 1, 5, len(ALONG_M) - 1]].any()
+    near = (ALONG_M[3] - ALONG_M[2]) / (ALONG_M[own] - ALONG_M[2])  # share of the creeping neighbour in the line
+    assert found[1, 3] == pytest.approx(-near * pace, rel=0.05)
+
+
 def test_an_advanced_features_is_that_of_a_simulation_with_another_phase() -> None:
     ahead, hz = np.array([0.0, 0.4, -1.1]), 1.0
     time_s = np.arange(0.0, 9.0, 1 / 60)

@@ -70,6 +70,17 @@ def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
     np.testing.assert_allclose(told[: len(alone), : len(alone)], alone, atol=1e-18)
 
 
+def test_the_covariance_of_creeps_is_that_of_repeated_draws() -> None:
+    read, sd_m, part = reader(), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M)), NoisePart(0.8, 0.1, False, ALIKE)
+    told = FeatureNoise(sd_m, [part], TIME_S).covariance_of_creeps(read, ALONG_M)
+    seen = np.cov(read.creeps(cruising() + sd_m[:, None] * _shared(part, 0.2, 2, 2000), ALONG_M).T)
+    judged = np.flatnonzero(np.diag(told))
+    assert len(judged) == len(ALONG_M) - 3  # all but nose, neck and the last
+    assert np.diag(seen)[judged] == pytest.approx(np.diag(told)[judged], rel=0.15)
+    beside = (judged[2], judged[3])
+    assert seen[beside] == pytest.approx(told[beside], rel=0.2)
+
+
 def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndarray:
     """(s, n, m, 2) noise of unit variance: a part that lasts, and a white share of each marker's own."""
     random = np.random.default_rng(seed)
@@ -192,7 +203,7 @@ def tracks(truth: FeatureNoise, noise: FeatureNoise, seed: int = 2) -> Any:
             position_m=np.where(usable[..., None], position_m, np.nan),
             kept=np.ones(len(TIME_S), bool),
         ),
-        twin=SimpleNamespace(robot=load_robot()),
+        along_m=load_robot().marker_positions_m(MARKERS)[:, 0],
     )
 
 
