@@ -63,7 +63,7 @@ def cluster() -> Iterator[LocalCluster]:
     with method, LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as started:
         client = started.get_client()
         client.run(hurried)
-        client.register_worker_callbacks(hurried)  # of those that take the place of killed ones
+        client.register_worker_callbacks(hurried)  # workers that take the place of killed ones
         yield started
 
 

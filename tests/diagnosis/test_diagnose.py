@@ -25,9 +25,11 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.results import Provenance
 from swimcal.runs import CrankTurn
 from swimcal.twin import Twin
+from tests.cases import later
 from tests.diagnosis.linear_models import ARM, AT, CAMERA, ROBOT, linear, shorter, trials
 
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error")}
@@ -188,3 +190,11 @@ def test_the_arm_is_borne_out_and_a_bend_beside_it_is_not() -> None:
 def test_without_a_fitted_swim_nothing_is_said() -> None:
     with pytest.raises(NotEnoughData, match='no swim of role "fit"'):
         weigh_effects(replace(data(), trials=[]), [])
+
+
+@pytest.mark.parametrize(("flagged", "verdict"), [("marker_creeps", "unexplained"), *later((None, "no_gap"))])
+def test_a_motion_that_features_do_not_show_is_no_missing_gap(flagged: str | None, verdict: str) -> None:
+    flags = () if flagged is None else (Flag(flagged),)
+    swims = [replace(swim, flags=(*swim.flags, *flags)) for swim in trials()]
+    healthy = SessionData(swims, linear().twin, CAMERA, discrepancy_for(FISHSIM_MARKERS, ROBOT), AT)
+    assert diagnose(healthy, {"bend_offset": EFFECTS["bend_offset"]}, Settings("quick")).said.verdict.name == verdict

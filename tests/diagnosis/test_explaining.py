@@ -20,7 +20,7 @@ from fitting.signatures import Whitened
 from tests.cases import later
 from tests.diagnosis.rows import DIRECTIONS, K, catalogue
 
-ERROR = 2.0  # of the twin in a session like most, beside noise of one
+ERROR = 2.0  # the twin errs by that in a session like most, beside noise of one
 
 
 LAUNCH = 20.0  # what a usual launch adds to each number of the course

@@ -64,7 +64,7 @@ def made_whole_context() -> ReportContext:
     )
 
 
-OFFSET_S, RATE = 3.0, 1.001  # of the motor's clock against the video's
+OFFSET_S, RATE = 3.0, 1.001  # the motor's clock against the video's
 DRIVE_S = (2.0, 8.0)  # on the video's clock
 SWING = 0.05  # share of the speed, once a turn
 

@@ -90,7 +90,7 @@ def test_thrust_of_a_large_wave_is_the_closed_form(
 ) -> None:
     scale = MASS * amplitude**2 * (angular**2 + (speed * wave_number) ** 2)
     expected = thrust_of_wave(amplitude, wave_number, angular, speed)
-    rounding = 1e-9 + 1e-14 / (amplitude * wave_number) ** 2  # of the difference of two integrals
+    rounding = 1e-9 + 1e-14 / (amplitude * wave_number) ** 2  # where two integrals are subtracted
 
     assert mean_thrust_large(wave(amplitude, wave_number, angular), speed, MASS) == pytest.approx(
         expected, abs=rounding * scale

@@ -8,7 +8,7 @@ from swimcal.mjcf import added_volumes
 from tests.swimcal.robots import FISH
 
 RHO = 1000.0
-PUBLISHED_PLATE = (0.007, 0.0005, 0.035)  # of the authors' model: releases up to 3.12 gave 5 % of its Kutta lift
+PUBLISHED_PLATE = (0.007, 0.0005, 0.035)  # plate of the authors' model: releases up to 3.12 gave 5 % of its Kutta lift
 PLATES = [
     PUBLISHED_PLATE,
     FISH.head.fluid_half_size_m,

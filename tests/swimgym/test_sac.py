@@ -14,7 +14,7 @@ pytest.importorskip("stable_baselines3")
 
 
 @pytest.mark.long
-@pytest.mark.filterwarnings("ignore")  # of torch
+@pytest.mark.filterwarnings("ignore")  # warnings that torch gives
 def test_a_network_is_trained_goes_on_and_acts_without_torch(tmp_path: Path) -> None:
     import torch
     from stable_baselines3 import SAC

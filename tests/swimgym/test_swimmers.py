@@ -18,7 +18,7 @@ def test_a_batch_swims_as_the_engine_does_alone() -> None:
         swimmers.drive(np.full(3, 0.5 * k))
         data.ctrl[0] = 0.5 * k
         mujoco.mj_step(model, data, swimmers.substeps)
-    assert swimmers.substeps == 5  # of 4 ms, no longer than the model's own
+    assert swimmers.substeps == 5  # each 4 ms, no longer than the model's own
     np.testing.assert_array_equal(swimmers.head[1], data.qpos[:3])
     np.testing.assert_array_equal(swimmers.tail[0][2], data.qpos[4:])
 

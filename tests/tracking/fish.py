@@ -46,7 +46,7 @@ def swimming_fish(
     cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     swum = rng.uniform(20, 80) * time_s[:, None]
     position = np.stack([cos * (x - swum) - sin * y, sin * (x - swum) + cos * y], axis=-1)
-    higher = (place_m[:, 2] - 0.05)[:, None] / 1.5  # of the camera's height: seen further from the middle
+    higher = (place_m[:, 2] - 0.05)[:, None] / 1.5  # share of the camera's height: seen further from the middle
     position += higher * (position + np.array([200.0, 150.0])) + np.array([2000.0, 1100.0])
     return _as_boxes(position, rng) * [1.0, -1.0]
 

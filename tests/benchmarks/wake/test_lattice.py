@@ -34,7 +34,7 @@ def ahead(time_s: float) -> Moved:
 @pytest.mark.parametrize(("step_s", "panels"), [(0.05, 16), (0.025, 24)])
 def test_the_lift_of_a_plate_that_starts_at_once_grows_as_wagner_found(step_s: float, panels: int):
     plate = swept(even_panels(panels), ahead, step_s, round(3 / step_s))
-    for chords, wagner in ((0.5, 0.6010), (1.0, 0.6695), (2.0, 0.7581)):  # of the function at 1, 2, 4 half chords
+    for chords, wagner in ((0.5, 0.6010), (1.0, 0.6695), (2.0, 0.7581)):  # the function at 1, 2, 4 half chords
         lift = plate.force[round(chords / step_s)].imag / (np.pi * ALPHA_RAD)
         assert lift == pytest.approx(wagner, rel=0.04)
 

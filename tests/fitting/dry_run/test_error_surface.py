@@ -19,7 +19,7 @@ def test_each_cell_is_the_mean_marker_distance_there() -> None:
         direct = distance_at(
             trial, response, float(surface.arm_m[i]), float(surface.hz[j]), float(surface.phase_rad[k])
         )
-        assert surface.distance_m[i, j, k] == pytest.approx(direct, abs=1.5e-4)  # of every second frame
+        assert surface.distance_m[i, j, k] == pytest.approx(direct, abs=1.5e-4)  # read from every second frame
 
 
 @pytest.mark.parametrize(("arm_m", "hz", "phase_rad"), [(0.0382, 0.6, 1.0), (0.034, 1.19, 5.5)])

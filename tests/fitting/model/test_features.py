@@ -107,7 +107,7 @@ TAIL = slice(3, 8)
 @pytest.mark.long
 @needs_fishsim
 def test_high_markers_run_ahead_and_the_tail_falls_behind(public: list[MeasuredTrial]) -> None:
-    found = []  # of each trial, by which share of its speed each marker slides forward
+    found = []  # by which share of a trial's speed each marker slides forward
     for trial in (each.with_role("fit") for each in public if each.name != "f0_50"):  # at 20 mm/s, too slowly to tell
         features = FeatureReader.of(trial, with_course=True)(trial.position_m[trial.kept])
         found.append(features[places_of_slides(len(features))] / features[0])

@@ -22,7 +22,7 @@ from fitting.trial_model import START_PHASE_RAD, START_SD, TrialModel, sensitivi
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5
 BISTABLE = (0.02, 2.56, 2.93, 1.32, 4.55)  # forward or backward, by the start
-SESSIONS, HOLD = 20, 0.8  # of a long test of intervals, nominally 0.9: five coefficients of each
+SESSIONS, HOLD = 20, 0.8  # a long test of intervals, nominally 0.9: five coefficients a session
 HOLD_IN_ONE = 0.6  # nominally 0.9; seven sessions held 0.69 to 1.0, on average 0.92
 
 

@@ -38,7 +38,7 @@ def test_nose_and_neck_alone_are_shifted_across_the_body(seen: Observation) -> N
 
 def test_a_wrong_scale_is_a_neck_too_far_back(seen: Observation) -> None:
     off = found("scale_error", seen, 0.05, 0.0)
-    assert off[:, 1] == pytest.approx(np.tile([0.01, 0.0], (4, 1)))  # of 0.2 m
+    assert off[:, 1] == pytest.approx(np.tile([0.01, 0.0], (4, 1)))  # a share of 0.2 m
     assert np.abs(np.delete(off, 1, axis=1)).max() == 0
 
 

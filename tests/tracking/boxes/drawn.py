@@ -26,7 +26,7 @@ class Scene:
     size: tuple[int, int] = (800, 600)
     markers: tuple[str, ...] = NINE
     bend_deg: tuple[float, ...] = (0, 0, 0, 0, 0)
-    heading_deg: float = 180.0  # of the tail, seen from the nose; anticlockwise in the picture
+    heading_deg: float = 180.0  # the tail as seen from the nose; anticlockwise in the picture
     px_per_m: float = 900.0
     centre: tuple[float, float] = (400.0, 300.0)
     diameter: float = 16.0

@@ -21,7 +21,7 @@ from tracking.tracked import SampleState
 _PLACE_M = load_robot().marker_positions_m(FISHSIM_MARKERS)[:, 0] + ([0.077] * 8 + [0.117])  # behind the nose
 _ROOT_M, _FINE_M = 0.3, np.linspace(-0.05, _PLACE_M[-1] + 0.05, 400)
 _WIDE = 1.1  # half width of the body at the markers, diameters
-_MOMENTS = (np.arange(16) + 0.5) / 16 - 0.5  # of the exposure
+_MOMENTS = (np.arange(16) + 0.5) / 16 - 0.5  # shares of the exposure
 Colour = tuple[float, float, float]
 
 

@@ -31,12 +31,12 @@ class Clip:
 
     dots: tuple[Colour, ...] = (GREEN, RED, BLUE, YELLOW, GREEN)
     body: Colour = DARK
-    off_px: float = 7.0  # of the dots from the middle of the body: half of each is over the rim
+    off_px: float = 7.0  # dots from the middle of the body: half of each is over the rim
     diameter_px: Callable[[int], float] = lambda _frame: 16.0
-    highlight: float = 0.0  # of a ball's diameter
+    highlight: float = 0.0  # share of a ball's diameter
     light: Callable[[int], np.ndarray | float] = lambda _frame: 1.0  # over the picture's columns
-    box: float = 1.0  # of the dot's diameter
-    start_px: float = 90.0  # of the first dot, from the left
+    box: float = 1.0  # share of the dot's diameter
+    start_px: float = 90.0  # first dot, from the left
     speed_px: float = 0.4  # a frame
     bar_px: tuple[int, int] = (0, 0)  # columns that a pale bar covers
     boxes_in: int = 0  # number of the frame of the boxes

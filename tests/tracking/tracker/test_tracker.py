@@ -41,7 +41,7 @@ def test_covered_markers_are_unseen_for_as_long_and_found_again_as_themselves(
     assert seen[36:].all()
     assert seen[:20].all()
     assert np.max(away[36:]) < 0.3
-    assert np.nanmax(away) < 4.0  # of those that the cover leaves half in sight
+    assert np.nanmax(away) < 4.0  # dots that the cover leaves half in sight
 
 
 def test_a_half_covered_marker_is_flagged() -> None:
