@@ -43,9 +43,7 @@ def test_lossy_codecs_keep_the_picture_and_its_colours(codec: Codec, gray: bool,
 
     _, found = decoded(tmp_path / "a.mp4", "gray" if gray else "rgb24")
     error = found.astype(float) - [picture(seed, gray=gray) for seed in range(4)]
-    middle = error.reshape(4, 6, 8, 8, 8, -1)[
-        :, :, 3:5, :, 3:5
-    ]  # fields of 8 x 8: chroma is blurred at their edges
+    middle = error.reshape(4, 6, 8, 8, 8, -1)[:, :, 3:5, :, 3:5]  # fields of 8 x 8: chroma is blurred at their edges
     assert np.sqrt(np.mean(middle**2)) < 4
 
 
