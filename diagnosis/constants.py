@@ -34,6 +34,11 @@ MOST_LEFT = 0.5
 """Unexplained share of a gap above which names are withdrawn if an unknown effect is more probable. Development."""
 MOST_LEFT_OF_CHANGE = 0.67
 """The same of a change since a reference, whatever else is probable: on real water launches leave half. Development."""
+IN_CREEPS = 25.0
+"""Squares of slides aside that an effect takes away where it surely shows in them: five standard deviations.
+
+Convention.
+"""
 ADEQUATE = 0.01
 """Least probability that noise leaves as much as the best set of effects; below it nothing is named. Convention."""
 FORM_ERROR = 0.15

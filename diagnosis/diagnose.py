@@ -337,13 +337,19 @@ def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Sett
 
 
 def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Settings, _effects: int) -> Validated:
-    """Return the verdict on a change since a reference; a third of it must be told before it has a name."""
+    """Return the verdict on a change since a reference.
+
+    A third of what changed must be told before it has a name, unless markers surely slide aside as an effect says:
+    nothing else makes them.
+    """
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if verdict.name == "no_gap":
         return Validated(verdict, probabilities, None)
     probabilities, refits = weigh_refits(weighed.linear, weighed.hypotheses, probabilities, refitting)
     verdict = verdict_of(probabilities)
     best = refits.get(verdict.first[0]) if verdict.first else None
+    if best is not None and weighed.hypotheses.shows_in_creeps(verdict.first[0]):
+        return Validated(verdict, probabilities, best)
     share = 1.0 if best is None else _share_left(weighed.linear, best)
     near = is_near(share, MOST_LEFT_OF_CHANGE)
     if share <= MOST_LEFT_OF_CHANGE:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
+from diagnosis.constants import IN_CREEPS, IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
 from diagnosis.effect_response import EffectResponse, LinearResponse
 from fitting.signatures import Whitened
 
@@ -393,6 +393,10 @@ class Hypotheses:
     def shows_in_features(self, name: str) -> bool:
         """Tell whether most of what an effect does is in features, not in frequencies or free decays."""
         return self._of_features([each.name for each in self.effects].index(name)) >= IN_FEATURES
+
+    def shows_in_creeps(self, name: str) -> bool:
+        """Tell whether markers surely slide aside of their neighbours as an effect says."""
+        return self._of_creeps([each.name for each in self.effects].index(name)) >= IN_CREEPS
 
     def _of_features(self, effect: int) -> float:
         squares = self._changes[effect] ** 2
