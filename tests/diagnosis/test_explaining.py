@@ -25,7 +25,7 @@ ERROR = 2.0  # the twin errs by that in a session like most, beside noise of one
 
 LAUNCH = 20.0  # what a usual launch adds to each number of the course
 COURSE = np.arange(K - 6, K)
-NO_NUMBERS = SimpleNamespace(frequencies=0, of_rings=0, beside=0, measured=())
+NO_NUMBERS = SimpleNamespace(frequencies=0, of_rings=0, beside=0, measured=(), places_of_creeps=slice(0, 0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.features import SPEED, places_of_slides
-from fitting.noise import FeatureNoise, NoisePart, noise_of
+from fitting.noise import FeatureNoise, NoisePart, covariance_of_creeps, noise_of
 from fitting.posterior.whiteness import noise_flags, whiteness
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
@@ -71,14 +71,16 @@ def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
 
 
 def test_the_covariance_of_creeps_is_that_of_repeated_draws() -> None:
-    read, sd_m, part = reader(), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M)), NoisePart(0.8, 0.1, False, ALIKE)
-    told = FeatureNoise(sd_m, [part], TIME_S).covariance_of_creeps(read, ALONG_M)
-    seen = np.cov(read.creeps(cruising() + sd_m[:, None] * _shared(part, 0.2, 2, 2000), ALONG_M).T)
+    """As estimated from each of some tracks, in the mean; neighbours that sway together hide no slide."""
+    read, part = reader(), NoisePart(0.8, 0.1, False, np.eye(len(ALONG_M)))
+    sway = NoisePart(1.0, 0.4, True, np.full((len(ALONG_M),) * 2, 0.999) + 0.001 * np.eye(len(ALONG_M)))
+    drawn = cruising() + 5e-4 * _shared(part, 0.2, 2, 600) + 5e-3 * _shared(sway, 0.0, 3, 600)
+    seen = np.cov(read.creeps(drawn, ALONG_M).T)
+    told = np.mean([covariance_of_creeps(read, tracks, ALONG_M) for tracks in drawn[:12]], axis=0)
     judged = np.flatnonzero(np.diag(told))
     assert len(judged) == len(ALONG_M) - 3  # all but nose, neck and the last
-    assert np.diag(seen)[judged] == pytest.approx(np.diag(told)[judged], rel=0.15)
-    beside = (judged[2], judged[3])
-    assert seen[beside] == pytest.approx(told[beside], rel=0.2)
+    assert np.diag(told)[judged] == pytest.approx(np.diag(seen)[judged], rel=0.4)
+    assert told[judged[2], judged[3]] < 0
 
 
 def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndarray:
