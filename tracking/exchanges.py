@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
+from swimcal.session_file import HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_model import rows_alike
 from tracking.following import widened
@@ -49,6 +50,14 @@ SURE_NAMES = 4.0
 """Least increase of this sum by other names, from which the names of all markers but one are taken to be right."""
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
+RECENT_FRAMES = 30
+"""Number of frames before a marker of the head is lost that tell its place on the head."""
+STRAYED = 0.5
+"""Share of the way to the nearest other marker by which a marker of the head is off its place."""
+NEAREST_CAMERA_M = 1.0
+"""Least height of a camera over nose and neck, for the parallax of a marker that is higher than these."""
+BACK_FRAMES = 6
+"""Number of frames for which it is back before it is believed."""
 JOINED = 3
 """Largest number of frames between two flagged stretches of a marker that are flagged, too."""
 
@@ -110,6 +119,54 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
         for column, name in enumerate(names[k] for k in middle)
         for span in stretches(wrong[:, column])
     ]
+
+
+def strayed_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
+    """Flag further markers of the head that are found again, after a while, off their place on it.
+
+    They ride on the head: their place is that before they were lost, against nose and neck. They are off it by more
+    than `STRAYED` of the way to the nearest other marker, until they are back for some frames. A high one moves against
+    nose and neck as the head crosses the picture (parallax).
+    """
+    names, seen = markers_of(tracked), seen_in(tracked)
+    nose, neck = names.index("nose"), names.index("neck")
+    at_px = np.where(seen[..., None], pixels_of(tracked), np.nan) @ [1.0, 1j]  # (n, m)
+    axis = at_px[:, nose] - at_px[:, neck]
+    axis[~np.isfinite(axis) | (axis == 0)] = np.inf  # nothing is off its place on a head of which nothing is known
+    flags = []
+    for marker, name in enumerate(names):
+        known = np.asarray(seen[:, [nose, neck, marker]].all(axis=1))
+        if name not in HEAD_MARKERS and layout.markers[name].body == "head" and known.any():
+            place = np.where(known, at_px[:, marker] - at_px[:, neck], 0.0) / axis
+            others = np.abs(np.delete(at_px, marker, axis=1) - at_px[:, [marker]])[known] / np.abs(axis[known, None])
+            above_m = np.ptp(layout.marker_positions_m((name, "neck"))[:, 2])
+            most = STRAYED * float(np.nanmin(np.nanmedian(others, axis=0)))
+            spans = _strayed(place, known, most, above_m / NEAREST_CAMERA_M * at_px[:, neck] / np.abs(axis))
+            flags += [Flag("swap", (name,), span, f"{name} is found again off its place on the head") for span in spans]
+    return flags
+
+
+def _strayed(place: np.ndarray, known: np.ndarray, most: float, shift: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first and last frames of stretches in which a place is off.
+
+    Args:
+        place: (n,) place on the head.
+        known: (n,) whether it is known.
+        most: largest way that it is not off.
+        shift: (n,) by how much the place may shift as the head crosses the picture.
+    """
+    spans = []
+    for first, last in stretches(~known, LOST_FRAMES):
+        before = place[:first][known[:first]][-RECENT_FRAMES:]
+        if len(before):
+            usual, after = np.median(before.real) + 1j * np.median(before.imag), slice(last + 1, None)
+            allowed = most + np.abs(shift[after] - shift[:first][known[:first]][-1])
+            off = np.asarray(known[after] & (np.abs(place[after] - usual) > allowed))
+            back = stretches(known[after] & ~off, BACK_FRAMES)
+            end = last + back[0][0] if back else len(place) - 1
+            if off[: end - last].any():
+                spans.append((last + 1, end))
+    return spans
 
 
 def _mid_line(place_m: np.ndarray) -> list[int]:

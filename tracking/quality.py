@@ -24,7 +24,7 @@ from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_jump import body_jumps, jump_flags, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
-from tracking.exchanges import exchange_flags, impossible_flags
+from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
     Gate,
     clashing,
@@ -84,6 +84,8 @@ LEAST_CONFIDENCE = 0.35
 """A marker below it …"""
 DRIFT_FRAMES = 10
 """… for so many frames on end may have drifted onto something else."""
+FAINT_CONFIDENCE = 0.2
+"""A marker below it is not believed in a single frame: a third of such samples are on something else (blind test)."""
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
@@ -320,12 +322,15 @@ def _says_the_same(flag: Flag, other: Flag) -> bool:
 
 
 def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
-    """Describe the median distance between two markers over a stretch: found, and expected."""
+    """Describe the median distance between two markers over a stretch: found, and expected where that differs."""
     found = np.linalg.norm(findings.position_px[span, k] - findings.position_px[span, other], axis=1)
     expected = np.linalg.norm(findings.put_px[span, k] - findings.put_px[span, other], axis=1)
     if np.isnan(found).all():
         return f"expected {np.median(expected):.0f} px"
-    return f"{np.nanmedian(found):.0f} px, expected {np.median(expected):.0f} px"
+    apart_px, usual_px = (f"{np.nanmedian(each):.0f} px" for each in (found, expected))
+    return (
+        f"{apart_px}, expected {usual_px}" if apart_px != usual_px else f"{apart_px} as expected, in another direction"
+    )
 
 
 def _neighbour(findings: Findings, k: int, span: slice) -> int:
@@ -368,18 +373,20 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     size = pd.DataFrame(tracked["size"].values)
     off = (size / size.median() - 1).abs().fillna(0.0)
-    suspicions = {
-        "lost_marker": (~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
-        "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
-        "size": (median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF, 1, "appears in another size"),
-    }
+    faint = seen & (tracked.confidence.values < FAINT_CONFIDENCE)
+    suspicions = (
+        ("lost_marker", ~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
+        ("drift", low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
+        ("drift", faint, 1, "hardly looks like itself"),
+        ("size", median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF, 1, "appears in another size"),
+    )
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
-        for kind, (where, least, message) in suspicions.items()
+        for kind, where, least, message in suspicions
         for k, marker in enumerate(markers_of(tracked))
         for span in stretches(where[:, k], least)
     ]
-    flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout)]
+    flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout), *strayed_flags(tracked, layout)]
     flags += [*_few_frames(tracked), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 

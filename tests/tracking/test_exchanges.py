@@ -6,7 +6,7 @@ import pytest
 from swimcal.flags import Flag
 from tests.tracking.fish import MARKERS, ROBOT, swimming_fish, tracks_of
 from tests.tracking.records.trials import tracked_of
-from tracking.exchanges import exchanged_apart, impossible_flags
+from tracking.exchanges import exchanged_apart, impossible_flags, strayed_flags
 
 FRAMES = 200
 
@@ -117,6 +117,23 @@ def test_names_found_one_dot_along_behind_a_cover_do_not_count_until_the_names_a
     back = clean.copy()
     back[covered:whole_again, TAIL] = np.nan
     assert not impossible_flags(tracked_of(back), ROBOT)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_marker_of_the_head_found_again_on_another_dot_does_not_count_until_it_is_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    dorsal, clean = MARKERS.index("dorsal_fin"), swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    covered, found_again, end = 60, 60 + int(rng.integers(12, 30)), int(rng.integers(140, 190))
+    lost = clean.copy()
+    lost[covered:found_again, dorsal] = np.nan
+    assert not strayed_flags(tracked_of(lost), ROBOT)
+    strayed = lost.copy()
+    strayed[found_again:end, dorsal] = clean[found_again:end, TAIL[0]]
+    found = samples_of(tuple(strayed_flags(tracked_of(strayed), ROBOT)))
+    assert found[found_again:end, dorsal].all()
+    assert not np.delete(found, dorsal, axis=1).any()
+    assert not found[:covered].any()
+    assert not found[end + 12 :].any()
 
 
 def test_boxes_on_one_place_raise_no_warning() -> None:
