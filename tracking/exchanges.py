@@ -48,6 +48,8 @@ LIKELIER_NAMES = 8.0
 """Least reduction of this sum by other names, from which the dots are taken to carry these; some markers are lost."""
 SURE_NAMES = 4.0
 """Least increase of this sum by other names, from which the names of all markers but one are taken to be right."""
+MOST_ADDED = 4.0
+"""Largest part of this sum that a marker found again may add: 0 to 2 where it is at its dot, 6 to 9 on a glint."""
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
 RECENT_FRAMES = 30
@@ -100,15 +102,16 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
         return []
     steps_px = np.linalg.norm(np.diff(at_px[whole[0]], axis=0), axis=1)
     along_px = np.append(0.0, np.cumsum(steps_px))
-    wrong, sure = np.zeros_like(seen), np.zeros(len(seen), bool)
+    wrong, sure = np.zeros_like(seen), np.zeros_like(seen)
     for mask, frames in rows_alike(seen):
         if mask.sum() >= 3:
             own = np.flatnonzero(mask)
             wrong[frames] = _impossible(at_px[frames], along_px, own)
-            sure[frames] = _sure(at_px[np.ix_(frames, own)], along_px, own)
+            dots_px = at_px[np.ix_(frames, own)]
+            sure[np.ix_(frames, own)] = _sure(dots_px, along_px, own)[:, None] & _fitting(dots_px, along_px, own)
     found_anew = _found_anew(seen)
     found_anew[: whole[0]], found_anew[:, :2] = False, False  # nose and neck have no others' places
-    wrong = _lasting(widened(wrong, wrong, JOINED) | (found_anew & ~sure[:, None]), seen & ~sure[:, None])
+    wrong = _lasting(widened(wrong, wrong, JOINED) | (found_anew & ~sure), seen & ~sure)
     return [
         Flag(
             "swap",
@@ -228,6 +231,15 @@ def _sure(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.nd
     """Tell (f,) in which frames dots have possible places, and any other names fit far worse; as `_contradicts`."""
     others_fit_worse = _gain_by_other_names(dots_px, along_px, names) < -SURE_NAMES
     return np.asarray(others_fit_worse & ~_contradicts(dots_px, along_px, names))
+
+
+def _fitting(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Tell (f, s) which dots are where the distances to the others put them; as `_contradicts`."""
+    own = _departure(dots_px, along_px, names)
+    without = [
+        _departure(np.delete(dots_px, one, axis=1), along_px, np.delete(names, one)) for one in range(len(names))
+    ]
+    return np.asarray(own - np.array(without) <= MOST_ADDED).T
 
 
 def _gain_by_other_names(dots_px: np.ndarray, along_px: np.ndarray, names: np.ndarray) -> np.ndarray:
