@@ -31,6 +31,7 @@ from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 
+_FORM = 2  # version of how tracks are judged; raw ones are judged anew, not tracked anew
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
 _LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
 
@@ -242,7 +243,7 @@ class Videos:
     def _corrected_stage(self, spec: TrialSpec, boxes: StartBoxes, edited: bool) -> Stage:
         edits = {"edits": sha256_of(spec.edits)} if edited and spec.edits is not None else {}
         tracker = self._raw_stage(spec, boxes, self._tracker(spec, boxes))
-        return Stage(TrackedFiles.of(self.folder, spec.name).tracks, edits, {}, [tracker])
+        return Stage(TrackedFiles.of(self.folder, spec.name).tracks, edits, {"form": _FORM}, [tracker])
 
     def are_current(self, spec: TrialSpec) -> bool:
         """Tell whether the existing tracks are of this video, its boxes and its edits."""
