@@ -387,7 +387,8 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for span in stretches(where[:, k], least)
     ]
     flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout), *strayed_flags(tracked, layout)]
-    flags += [*_few_frames(tracked), *_lost_over_gap(tracked)]
+    believed = mask_untrusted(tracked.assign_attrs(flags=(*tracked.flags, *flags)))
+    flags += [*_few_frames(believed), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
@@ -414,9 +415,12 @@ def _lost_over_gap(tracked: xr.Dataset) -> list[Flag]:
     return []
 
 
-def _few_frames(tracked: xr.Dataset) -> list[Flag]:
-    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
-    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
+def _few_frames(believed: xr.Dataset) -> list[Flag]:
+    """Flag each stretch in which markers move too far between frames for their motion to be carried on.
+
+    Samples of confidence 0 do not count: a name on another's dot moves as far as it likes.
+    """
+    position = np.where(believed.confidence.values[..., None] > 0, pixels_of(believed), np.nan)
     apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
     apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
     nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
@@ -425,7 +429,7 @@ def _few_frames(tracked: xr.Dataset) -> list[Flag]:
     flags = []
     for first, last in stretches(fast, 2 * FAST_FRAMES):
         inside = share[max(first - 1, 0) : last]
-        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
+        names = tuple(np.array(markers_of(believed), dtype=object)[(inside > FAST).any(axis=0)].tolist())
         message = (
             f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
             "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "

@@ -57,6 +57,24 @@ def test_boxes_placed_by_hand_are_hardly_ever_taken_for_exchanged() -> None:
     assert wrong <= 0.001 * 12 * FRAMES * (len(NINE) - 1)
 
 
+def test_names_on_others_dots_are_not_taken_for_too_few_frames() -> None:
+    """Names that change places in every second frame move by the whole distance between their dots."""
+    mixed = swum()
+    ones = [NINE.index("tail_2"), NINE.index("tail_4")]
+    mixed[40:60:2, ones] = mixed[40:60:2, ones[::-1]]
+    flags = judge(trial_of(mixed), ROBOT)
+    assert flagged_frames(flags_of("swap", flags))
+    assert not flags_of("few_frames", flags)
+
+
+def test_what_hardly_looks_like_its_marker_does_not_count_in_a_single_frame() -> None:
+    trial = trial_of(swum())
+    trial.confidence[70, NINE.index("tail_3")] = 0.1
+    assert [(flag.kind, flag.markers, flag.frames) for flag in judge(trial, ROBOT)] == [
+        ("drift", ("tail_3",), (70, 70))
+    ]
+
+
 @pytest.mark.parametrize("frames", [2, 5, 40])
 @pytest.mark.parametrize("pair", list(pairwise(NINE)), ids=lambda pair: pair[1])
 @pytest.mark.parametrize("bend", [0.3, 1.0])
