@@ -77,7 +77,7 @@ JOIN_FRAMES = 5
 
 # The judgement of tracks made here: look, size and order of the markers.
 SIZE_OFF = 0.3
-"""Relative departure of the apparent diameter from its median."""
+"""Relative departure of the apparent diameter from its median, against that of all markers in the frame."""
 SIZE_FRAMES = 5
 """Over which the median of that departure is taken, so that one blurred frame is not flagged."""
 LEAST_CONFIDENCE = 0.35
@@ -372,7 +372,11 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     seen = seen_in(tracked)
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     size = pd.DataFrame(tracked["size"].values)
-    off = (size / size.median() - 1).abs().fillna(0.0)
+    relative = size / size.median()
+    common = relative.median(axis=1).where(
+        relative.count(axis=1) > 2, 1.0
+    )  # what all do together is the camera's doing
+    off = (relative.div(common, axis=0) - 1).abs().fillna(0.0)
     faint = seen & (tracked.confidence.values < FAINT_CONFIDENCE)
     suspicions = (
         ("lost_marker", ~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),

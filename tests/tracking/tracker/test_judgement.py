@@ -67,6 +67,15 @@ def test_names_on_others_dots_are_not_taken_for_too_few_frames() -> None:
     assert not flags_of("few_frames", flags)
 
 
+def test_a_marker_that_grows_alone_is_flagged_and_not_all_that_grow_together() -> None:
+    grown = np.linspace(0.6, 1.6, FRAMES)[:, None]
+    together, alone = trial_of(swum()), trial_of(swum())
+    together["size"] = together["size"] * grown
+    alone["size"][:, [2]] = alone["size"][:, [2]].values * grown
+    assert not flags_of("size", judge(together, ROBOT))
+    assert {flag.markers for flag in flags_of("size", judge(alone, ROBOT))} == {NINE[2:3]}
+
+
 def test_what_hardly_looks_like_its_marker_does_not_count_in_a_single_frame() -> None:
     trial = trial_of(swum())
     trial.confidence[70, NINE.index("tail_3")] = 0.1
