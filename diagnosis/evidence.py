@@ -403,7 +403,7 @@ class Hypotheses:
         return float(np.delete(squares, self.not_features).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
 
     def _of_creeps(self, effect: int) -> float:
-        """Return by how much an effect lessens the squares of the markers' slides aside; 0 where it does not."""
+        """Return by how much an effect lessens the squared, whitened speeds aside of markers; 0 where it does not."""
         seen = (self.like_any.turn.T @ self.like_any.value)[self.creeps]
         left = seen - self._changes[effect][self.creeps]
         return max(float(seen @ seen - left @ left), 0.0)

@@ -350,7 +350,7 @@ def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 
 
 
 def scatter_of_creeps(model: SessionModel) -> np.ndarray:
-    """Return the covariance (c, c) of how fast markers slide aside of their neighbours, between launches.
+    """Return the covariance (c, c) of the markers' speeds aside between launches, m^2/s^2.
 
     Each marker slides by itself, a high one more. With the head clamped none does.
     """

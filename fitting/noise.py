@@ -238,12 +238,17 @@ class FeatureNoise:
 
     def covariance(self, reader: FeatureReader) -> np.ndarray:
         """Return the covariance (k, k) of the features of these frames."""
-        each = self._between(reader.readers, reader.time_s)
+        each = self.between(reader.readers, reader.time_s)
         both = np.moveaxis(reader.sums, 1, 0).reshape(2, len(reader.sums), -1)  # (2, k, m r)
         return np.asarray(sum(sums @ each.reshape((sums.shape[1],) * 2) @ sums.T for sums in both))
 
-    def _between(self, readers: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """Return the covariance (m, r, m, r) of what readers (m, r, n) read of each marker, either way."""
+    def between(self, readers: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """Return the covariance (m, r, m, r) of what readers (m, r, n) read of each marker, along or across.
+
+        Args:
+            readers: (m, r, n) weights of the frames.
+            time_s: (n,) times of the frames.
+        """
         rows = np.nan_to_num(self.sd_m)[:, None, None] * readers
         each = np.zeros(rows.shape[:2] * 2)
         for part in self.parts:
@@ -279,9 +284,10 @@ def noise_of(reader: FeatureReader, position_m: np.ndarray, *, may_sway: bool = 
 
 
 def covariance_of_creeps(reader: FeatureReader, position_m: np.ndarray, along_m: np.ndarray) -> np.ndarray:
-    """Return the covariance (m, m) of `FeatureReader.creeps` by the noise of tracks.
+    """Return the covariance (m, m) of `FeatureReader.creeps` by the noise of tracks, m^2/s^2.
 
-    The noise is that of markers against their neighbours, who sway with them and so hide it.
+    A marker sways together with its neighbours, and less against them than by itself. So the noise is estimated from
+    its places against its neighbours.
 
     Args:
         reader: reader of n frames.
@@ -293,7 +299,7 @@ def covariance_of_creeps(reader: FeatureReader, position_m: np.ndarray, along_m:
     if len(judged):
         own = replace(reader, usable=usable[:, judged])
         noise = noise_of(own, np.stack([aside_m.real, aside_m.imag], axis=-1)[:, judged], may_sway=False)
-        found[np.ix_(judged, judged)] = noise._between(reader.readers_of_pace[judged, None], reader.time_s)[:, 0, :, 0]
+        found[np.ix_(judged, judged)] = noise.between(reader.readers_of_pace[judged, None], reader.time_s)[:, 0, :, 0]
     return found
 
 

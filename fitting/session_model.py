@@ -117,28 +117,28 @@ class SessionModel:
 
     @property
     def of_creeps(self) -> int:
-        """Number of those that tell how fast each marker of each trial slides aside; none without the course."""
+        """Number of markers' speeds aside in the row, one a marker and trial; 0 without the course."""
         return sum(len(each.trial.markers) for each in self.trials if each.with_course)
 
     @property
     def places_of_creeps(self) -> slice:
-        """Place of those in a row: after the frequencies."""
+        """Place of the markers' speeds aside in a row: after the frequencies."""
         first = len(self.measured) + self.frequencies
         return slice(first, first + self.of_creeps)
 
     @property
     def creeps_observed(self) -> np.ndarray:
-        """Return whether each of those is measured, (c,); the others are 0."""
+        """Return whether each marker's speed aside is measured, (c,); the others are 0."""
         return np.concatenate([np.zeros(0, bool), *(each.judged for each in self.trials if each.with_course)])
 
     @property
     def measured_creeps(self) -> np.ndarray:
-        """How fast markers slide aside of their neighbours, trial by trial, (c,) m/s; in a twin none does."""
+        """Speeds at which markers slide aside of their neighbours, trial by trial, (c,) m/s; a twin's do not."""
         return np.concatenate([np.zeros(0), *(each.measured_creeps for each in self.trials if each.with_course)])
 
     @cached_property
     def covariance_of_creeps(self) -> np.ndarray:
-        """Covariance (c, c) of those by the tracking noise."""
+        """Covariance (c, c) of the markers' speeds aside by the tracking noise, m^2/s^2."""
         found = [each.covariance_of_creeps for each in self.trials if each.with_course]
         return np.asarray(block_diag(*found)) if found else np.zeros((0, 0))
 

@@ -197,7 +197,7 @@ class TrialModel:
 
     @cached_property
     def covariance_of_creeps(self) -> np.ndarray:
-        """Covariance (m, m) of the measured creeps."""
+        """Covariance (m, m) of the measured creeps by the tracking noise, m^2/s^2."""
         return covariance_of_creeps(self.reader, self._keep(self.trial.position_m), self.along_m)
 
     @property

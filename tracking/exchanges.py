@@ -142,6 +142,7 @@ def strayed_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
         if name not in HEAD_MARKERS and layout.markers[name].body == "head" and known.any():
             place = np.where(known, at_px[:, marker] - at_px[:, neck], 0.0) / axis
             others = np.abs(np.delete(at_px, marker, axis=1) - at_px[:, [marker]])[known] / np.abs(axis[known, None])
+            others = others[:, np.isfinite(others).any(axis=0)]
             above_m = np.ptp(layout.marker_positions_m((name, "neck"))[:, 2])
             most = STRAYED * float(np.nanmin(np.nanmedian(others, axis=0)))
             spans = _strayed(place, known, most, above_m / NEAREST_CAMERA_M * at_px[:, neck] / np.abs(axis))
@@ -153,10 +154,10 @@ def _strayed(place: np.ndarray, known: np.ndarray, most: float, shift: np.ndarra
     """Return the first and last frames of stretches in which a place is off.
 
     Args:
-        place: (n,) place on the head.
+        place: (n,) complex place on the head, from the neck, in lengths of nose to neck.
         known: (n,) whether it is known.
-        most: largest way that it is not off.
-        shift: (n,) by how much the place may shift as the head crosses the picture.
+        most: largest distance from its usual place that is not off, in the same unit.
+        shift: (n,) complex shift that parallax may give it where the head is, in the same unit.
     """
     spans = []
     for first, last in stretches(~known, LOST_FRAMES):

@@ -328,9 +328,9 @@ def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
     if np.isnan(found).all():
         return f"expected {np.median(expected):.0f} px"
     apart_px, usual_px = (f"{np.nanmedian(each):.0f} px" for each in (found, expected))
-    return (
-        f"{apart_px}, expected {usual_px}" if apart_px != usual_px else f"{apart_px} as expected, in another direction"
-    )
+    if apart_px == usual_px:
+        return f"{apart_px} as expected, in another direction"
+    return f"{apart_px}, expected {usual_px}"
 
 
 def _neighbour(findings: Findings, k: int, span: slice) -> int:
@@ -373,9 +373,8 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     size = pd.DataFrame(tracked["size"].values)
     relative = size / size.median()
-    common = relative.median(axis=1).where(
-        relative.count(axis=1) > 2, 1.0
-    )  # what all do together is the camera's doing
+    several = relative.count(axis=1) > 2
+    common = relative.median(axis=1).where(several, 1.0)  # all do so together where the camera or the water moves
     off = (relative.div(common, axis=0) - 1).abs().fillna(0.0)
     faint = seen & (tracked.confidence.values < FAINT_CONFIDENCE)
     suspicions = (

@@ -126,6 +126,7 @@ def test_a_marker_of_the_head_found_again_on_another_dot_does_not_count_until_it
     covered, found_again, end = 60, 60 + int(rng.integers(12, 30)), int(rng.integers(140, 190))
     lost = clean.copy()
     lost[covered:found_again, dorsal] = np.nan
+    lost[:, TAIL[3]] = np.nan  # never seen, which warns of nothing
     assert not strayed_flags(tracked_of(lost), ROBOT)
     strayed = lost.copy()
     strayed[found_again:end, dorsal] = clean[found_again:end, TAIL[0]]
