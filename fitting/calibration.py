@@ -208,6 +208,8 @@ def calibrate(
     fit, mode = fit_coefficients(
         fitted, twin, uncertainties_of(structure.sources), starts, seed, part_of(progress, 0.0, 0.8)
     )
+    structure = structure.with_time_step(fit.time_step_s)
+    twin = Twin(structure.robot, trials[0].markers, workers=workers)
     progress("simulating the trials", 0.8)
     lost |= _diverging(mode, trials)
     able = [trial for trial in trials if trial.name not in lost]

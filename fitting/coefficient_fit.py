@@ -16,7 +16,7 @@ from fitting.features import SPEED
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode, SearchEnd
 from fitting.progress import Progress
-from fitting.search import find_mode
+from fitting.search import find_mode, find_mode_near
 from fitting.session_model import SessionModel
 from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
@@ -32,7 +32,7 @@ _WIDE_BY = 0.5
 _CUT_OFF_SD = 0.37  # standard deviations from a bound within which an interval is cut off by it
 NAMES = FluidCoefficients._fields
 _STEP_OFF = 0.05  # share of the speed by which the time step may change it
-_LEFT_OFF = 0.02  # the step that is advised leaves about this share
+_LEFT_OFF = 0.03  # the finer step leaves about this share
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
@@ -83,6 +83,8 @@ class CoefficientFit:
         ends: where every start of the search ended, the best first.
         simulations: how often the fit trials were simulated.
         seconds: wall time of the search.
+        time_step_s: time step of the fitted twin; finer than the robot's where that changes the speed by too much, and
+            the robot's file names none.
         flags: bounds hit, not converged, starts that disagree, coefficients that the data do not determine, a time step
             that changes the speed.
     """
@@ -94,6 +96,7 @@ class CoefficientFit:
     ends: tuple[SearchEnd, ...]
     simulations: int
     seconds: float
+    time_step_s: float
     flags: tuple[Flag, ...]
 
 
@@ -122,6 +125,10 @@ def fit_coefficients(
     began = time.perf_counter()
     ordered = sorted(trials, key=lambda trial: trial.name)
     mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
+    if (error := TimeStepError.of(mode)).matters and not twin.robot.names_time_step:
+        progress(f"{error.sentence}: fitting again with {1000 * error.finer_s:g} ms", 0.9)
+        finer = Twin(twin.robot.with_time_step(error.finer_s), twin.markers, workers=twin.workers)
+        mode = find_mode_near(SessionModel.of(finer, ordered, doubts, with_course=True), mode, seed)
     reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance) + mode.spread**2)
     likely = np.array([mode.coefficients, *(end.coefficients for end in mode.disagree)])
     ends = np.column_stack([likely.min(axis=0) - reach, likely.max(axis=0) + reach])
@@ -134,29 +141,59 @@ def fit_coefficients(
         ends=mode.ends,
         simulations=mode.simulations,
         seconds=time.perf_counter() - began,
-        flags=(*_flags(mode, interval), *time_step_flags(mode)),
+        time_step_s=mode.model.trials[0].twin.scene.timestep_s,
+        flags=(*_flags(mode, interval), *TimeStepError.of(mode).flags),
     )
     return fit, mode
 
 
-def time_step_flags(mode: Mode) -> tuple[Flag, ...]:
-    """Flag a twin that swims at another speed with its time step than with fine steps, by the worst of the fit trials.
+class TimeStepError(NamedTuple):
+    """Error of the twin's speed by its time step, in the fit trial where it is largest.
 
-    Args:
-        mode: the fit.
+    Attributes:
+        trial: name of that trial.
+        share: share of the speed by which the twin is too fast, against fine steps.
+        step_s: the twin's time step, s.
     """
-    share = {each.model.trial.name: float(-each.time_step[SPEED] / each.features[SPEED]) for each in mode.blocks}
-    worst = max(share, key=lambda name: abs(share[name]))
-    if abs(share[worst]) < _STEP_OFF:
-        return ()
-    step_s = mode.model.trials[0].twin.scene.timestep_s
-    slower = min(np.ceil(abs(share[worst]) / _LEFT_OFF), np.floor(step_s / SHORTEST_STEP_S))
-    message = (
-        f"with its time step of {1000 * step_s:g} ms the twin is {100 * abs(share[worst]):.0f} % too "
-        f"{'fast' if share[worst] > 0 else 'slow'} in {worst}, against fine steps. Set "
-        f"time_step_s = {step_s / slower:.2g} in the robot's file and fit again; it takes {slower:.0f} times as long"
-    )
-    return (Flag("time_step", message=message),)
+
+    trial: str
+    share: float
+    step_s: float
+
+    @classmethod
+    def of(cls, mode: Mode) -> "TimeStepError":
+        """Return the error at a mode."""
+        share = {each.model.trial.name: float(-each.time_step[SPEED] / each.features[SPEED]) for each in mode.blocks}
+        worst = max(share, key=lambda name: abs(share[name]))
+        return cls(worst, share[worst], mode.model.trials[0].twin.scene.timestep_s)
+
+    @property
+    def matters(self) -> bool:
+        """Whether the error is too large to leave it."""
+        return abs(self.share) >= _STEP_OFF
+
+    @property
+    def finer_s(self) -> float:
+        """Time step that leaves a small error of the speed, s."""
+        slower = min(np.ceil(abs(self.share) / _LEFT_OFF), np.floor(self.step_s / SHORTEST_STEP_S))
+        return float(f"{self.step_s / slower:.2g}")
+
+    @property
+    def sentence(self) -> str:
+        """The error in words."""
+        return (
+            f"with its time step of {1000 * self.step_s:g} ms the twin is {100 * abs(self.share):.0f} % too "
+            f"{'fast' if self.share > 0 else 'slow'} in {self.trial}, against fine steps"
+        )
+
+    @property
+    def flags(self) -> tuple[Flag, ...]:
+        """The flag of an error that matters."""
+        if not self.matters:
+            return ()
+        advice = f"Set time_step_s = {self.finer_s:g} in the robot's file and fit again"
+        longer = f"it takes {self.step_s / self.finer_s:.0f} times as long"
+        return (Flag("time_step", message=f"{self.sentence}. {advice}; {longer}"),)
 
 
 def is_no_drag(name: str, bound: float) -> bool:

@@ -146,13 +146,13 @@ class Descent:
         self._converged = False
         self.run(self._round + rounds)
 
-    def refine(self) -> None:
-        """Go on with the error of the time step that fine steps tell.
+    def refine(self, finer: int = FINER) -> None:
+        """Go on with the error of the time step that so many fine steps in one tell.
 
         Far from the end it would lead astray: it changes with the coefficients, and no step accounts for that.
         """
         if self.alive:
-            self._finer = FINER
+            self._finer = finer
             for _ in range(_REFINED):
                 self._renew()
                 self.run_on(_REFINING)

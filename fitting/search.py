@@ -83,6 +83,29 @@ def find_mode(
     return replace(found[0].mode, ends=ends, simulations=spent)
 
 
+def find_mode_near(model: SessionModel, before: Mode, seed: int = 0) -> Mode:
+    """Find the mode of a model whose time step is finer, from that of the same trials with coarser steps.
+
+    Args:
+        model: the trials, with the finer step.
+        before: the mode with coarser steps; its other ends stay as far below the best as they were.
+        seed: seed of the points about the end.
+
+    Raises:
+        SimulationDiverged: the twin diverges there.
+    """
+    model = model.rolling(before.roll)
+    descent = Descent(model, before.coefficients, blocks_at(model, before.coefficients, COARSE))
+    descent.run(ROUNDS)
+    descent.refine(COARSE)
+    descent = hop(descent, seed)
+    if not descent.alive:
+        raise SimulationDiverged("the twin diverged with the finer time step that its speed asks for")
+    found, was = descent.mode, before.ends[0].log_density
+    others = (end._replace(log_density=end.log_density - was + descent.log_density) for end in before.ends[1:])
+    return replace(found, ends=(*found.ends, *others), simulations=before.simulations + descent.simulated)
+
+
 def _expected_steps(descents: int, starts: int) -> float:
     """Return the expected rounds of all descents.
 

@@ -80,6 +80,10 @@ class Structure:
     sources: tuple[Source, ...]
     flags: tuple[Flag, ...] = ()
 
+    def with_time_step(self, time_step_s: float) -> "Structure":
+        """Return the same robot, simulated with another time step, s."""
+        return replace(self, robot=self.robot.with_time_step(time_step_s))
+
 
 STRUCTURE = ResultFile("structure.json", Structure, named=(DryTrial,), arrays_apart=True)
 """The file of the structure, in SI units, without the dry runs as measured and the robot's description."""

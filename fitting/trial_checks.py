@@ -15,6 +15,7 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
 from tracking.head_frame import HeadFrame
+from tracking.lens_check import correlated_frames
 
 SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""
@@ -27,7 +28,7 @@ CREEPS = "marker_creeps"
 BEARING = ("unread_marker", CREEPS, TAIL_FIRST, "turns", "scale_drifts", "scale_apart")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
 _SURE = 4.0  # standard errors from which a drift is certain
-_LASTS = 10.0  # frames for which an error of a box stays
+_LASTS = 10.0  # least number of frames for which an error of a box stays
 _SCALE_DRIFTS = 0.01  # relative drift of the scale from the first to the last compared frame
 _CREEP = 0.1  # least way of a marker aside of its neighbours, relative to nose to neck; public trials have up to 0.06
 _CHORD = 0.02  # share by which the net displacement of a fish that turns may be shorter than its path
@@ -312,6 +313,7 @@ def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) 
     columns = design(time_s[used], hz, 2 if beats >= 1 else 0)
     found = np.linalg.lstsq(columns, series[used], rcond=None)[0]
     left = series[used] - columns @ found
-    error = float(np.sqrt(12 * _LASTS / used.sum()) * left.std())  # standard error of a line's rise over its own span
+    lasts = max(_LASTS, correlated_frames(left))
+    error = float(np.sqrt(12 * lasts / used.sum()) * left.std())  # standard error of a line's rise over its own span
     longer = float(np.ptp(time_s[kept]) / np.ptp(time_s[used]))
     return float(found[1]) * longer, error * longer

@@ -350,6 +350,15 @@ class RobotSpec(TomlTable):
         return self.model_copy(update={"markers": {**self.markers, "neck": moved}})
 
     @property
+    def names_time_step(self) -> bool:
+        """Whether the robot's file names the time step, so that no fit may choose a finer one."""
+        return "time_step_s" in self.model_fields_set
+
+    def with_time_step(self, time_step_s: float) -> "RobotSpec":
+        """Return the robot simulated with this time step, s; the robot itself where that is its own."""
+        return self if time_step_s == self.time_step_s else self.model_copy(update={"time_step_s": time_step_s})
+
+    @property
     def length_m(self) -> float:
         """Distance from the nose marker to the tips of the caudal fin, m."""
         return self.fin_root_x_m + self.caudal_fin.length_m - self.markers["nose"].position_m[0]

@@ -75,7 +75,7 @@ def measure_distortion(tracks: xr.Dataset, picture_px: tuple[int, int], half_wid
         if abs(k1) * farthest**2 > _STRONGEST:  # these are no lengths of one robot
             return None
     off = off - columns @ weights
-    lasting = _correlated_frames(off)
+    lasting = correlated_frames(off)
     if len(off) < _FEWEST_TIMES * lasting:
         return None
     sd = float(np.sqrt(np.linalg.inv(moments)[0, 0] * lasting * (off**2).mean()))
@@ -98,8 +98,10 @@ def _undo_distortion(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarra
     return np.column_stack([bent - bent.mean(), at - at.mean(axis=0), np.ones(len(at))]), np.log(length)
 
 
-def _correlated_frames(off: np.ndarray) -> float:
-    """Compute the integrated autocorrelation time of residuals (n,), in frames, up to the first zero."""
+def correlated_frames(off: np.ndarray) -> float:
+    """Compute the integrated autocorrelation time of residuals (n,), in frames, up to the first zero; 1 of zeros."""
+    if not off.any():
+        return 1.0
     spectrum = np.abs(np.fft.rfft(off, 2 * len(off))) ** 2
     correlation = np.fft.irfft(spectrum)[: len(off)]
     correlation = correlation / correlation[0]

@@ -120,7 +120,7 @@ class Recordings:
             "trial": [_write_trial(folder, self, each) for each in self.trials],
         }
         if not self.built_in:
-            (folder / "robot.toml").write_text(tomlkit.dumps(self.robot.model_dump()))
+            (folder / "robot.toml").write_text(tomlkit.dumps(self.robot.model_dump(exclude_defaults=True)))
             content["robot"] = {"file": "robot.toml"}
         (folder / "session.toml").write_text(tomlkit.dumps(content))
         (folder / "disturbances.json").write_text(json.dumps(self.disturbances, indent=1) + "\n")

@@ -235,6 +235,8 @@ class DiagnosisStage(Stage):
         markers = self._fit.trials[0].markers
         # The neck is as far from the nose as the session says: no scale would explain another distance.
         robot = job.robot.with_scale_length(job.session.camera.scale_length_m)
+        fits = [self._fit] if self._reference is None else [self._fit, self._reference.fit]
+        robot = robot.with_time_step(min(fit.result().fit.time_step_s for fit in fits))
         twin = Twin(robot, markers, workers=job.options.workers)
         known = discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy
 

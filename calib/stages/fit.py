@@ -67,7 +67,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 
-_FORM = 24  # version of calibration.json, and of the search that fills it
+_FORM = 25  # version of calibration.json, and of the search that fills it
 _FORM_OF_POSTERIOR = 17  # version of the posterior's files and of their computation
 _STEADY_BEATS = 20  # after which a swim is steady
 _HOW_TO_USE = f"""
@@ -148,7 +148,7 @@ class FitStage(Stage):
         check_engine(made_with, job.robot, str(self.file))
         result = CALIBRATION.read(job.results)
         phases = {name: trial.phase_rad for name, trial in result.trials.items()}
-        structure = self._structures.current()
+        structure = self._structures.current().with_time_step(result.fit.time_step_s)
         trials = self.trials
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
         others = result.forecasts, result.sways, result.left_out
@@ -195,8 +195,9 @@ class FitStage(Stage):
 
     @property
     def robot(self) -> RobotSpec:
-        """The robot with what its dry experiments determined, as the fit keeps it: none of them is measured again."""
-        return with_sources(self._job.robot, self.result().structure.values())
+        """The robot with what its dry experiments determined and the twin's time step, as the fit keeps them."""
+        result = self.result()
+        return with_sources(self._job.robot, result.structure.values()).with_time_step(result.fit.time_step_s)
 
     @property
     def mjcf_file(self) -> Path:
@@ -221,6 +222,12 @@ class FitStage(Stage):
         tell = job.progress_of("fit")
         calibration = calibrate(trials, structure, starts, job.session.seed, workers, tell, left_out)
         mjcf = calibrated_mjcf(calibration)
+        if (step_s := calibration.robot.time_step_s) != structure.robot.time_step_s:
+            coarse_ms = 1000 * structure.robot.time_step_s
+            job.notes.append(
+                f"The twin's time step is {1000 * step_s:g} ms: with {coarse_ms:g} ms it swims at another speed. "
+                f"Simulations take {structure.robot.time_step_s / step_s:.0f} times as long."
+            )
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
             job.notes.append(f"The previous fit, with what depends on it, is kept in {kept}.")
         written = (*CALIBRATION.write(job.results, self._provenance, calibration_result(calibration)), self.mjcf_file)

@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm, truncnorm
 
-from fitting import search
-from fitting.coefficient_fit import Marginal, _flags, fit_coefficients, time_step_flags
+from fitting import descent, search
+from fitting.coefficient_fit import Marginal, TimeStepError, _flags, fit_coefficients
+from fitting.features import SPEED
 from fitting.forecast import NORMAL_90
 from fitting.mode import SearchEnd
+from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.mjcf import FluidCoefficients
-from tests.fitting.exact_swims import exact_swims, exact_twin
+from swimcal.robot import RobotSpec
+from swimcal.twin import Twin
+from tests.cases import later
+from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 GOOD = np.array([0.4, 2.0, 6.0, 4.0, 1.0])
 NARROW = 0.05
@@ -75,7 +80,8 @@ def test_coefficients_with_wide_intervals_are_not_determined() -> None:
 
 @pytest.mark.long
 def test_the_order_of_trials_does_not_change_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "_ROUNDS", 2)  # each begins where the last one ended
+    for module in (search, descent):
+        monkeypatch.setattr(module, "ROUNDS", 2)  # each begins where the last one ended
     trials = exact_swims(hz=(0.7, 1.2), seconds=4.5, noise_m=5e-4)
     one, other = (fit_coefficients(each, exact_twin(), (), starts=1)[0] for each in (trials, trials[::-1]))
 
@@ -98,7 +104,7 @@ def test_an_interval_that_a_bound_shortens_says_so(beyond_sd: float, sd: float) 
 
 @pytest.mark.parametrize(
     ("lacks", "told", "step_s"),
-    [(-0.012, "12 % too fast in b", 0.00075), (0.02, "20 % too slow in b", 0.00045), (0.004, "", None)],
+    [(-0.012, "12 % too fast in b", 0.0011), (0.02, "20 % too slow in b", 0.00064), (0.004, "", None)],
 )
 def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str, step_s: float | None) -> None:
     def block(name: str, time_step: float) -> SimpleNamespace:
@@ -107,6 +113,31 @@ def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str, 
 
     blocks = (block("a", 0.001), block("b", lacks))
     mode = SimpleNamespace(blocks=blocks, model=SimpleNamespace(trials=[each.model for each in blocks]))
-    found = time_step_flags(mode)  # type: ignore[arg-type]
+    found = TimeStepError.of(mode).flags  # type: ignore[arg-type]
     assert [flag.kind for flag in found] == (["time_step"] if told else [])
     assert all(told in flag.message and f"time_step_s = {step_s:g} " in flag.message for flag in found)
+
+
+SLOW = FluidCoefficients(8.0, 0.9, 3.5, 5.0, 8.4)  # with the usual step this twin is some 15 % too fast
+
+
+@pytest.mark.parametrize("named", [False, *later(True)])
+def test_a_twin_whose_step_changes_its_speed_is_fitted_with_a_finer_one_unless_the_robot_names_its_own(
+    named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "_SCREENED", 32)
+    monkeypatch.setattr(search, "_HOPS", 0)
+    trials = exact_swims(SLOW, hz=(1.34,), seconds=3.0, robot=ROBOT.with_time_step(0.0005))
+    robot = RobotSpec.model_validate(ROBOT.model_dump()) if named else ROBOT
+    fit, mode = fit_coefficients(trials, Twin(robot, FISHSIM_MARKERS), (), starts=1)
+
+    assert robot.names_time_step == named
+    assert [flag.kind for flag in fit.flags if flag.kind == "time_step"] == ["time_step"] * named
+    if named:
+        assert fit.time_step_s == ROBOT.time_step_s
+        return
+    assert fit.time_step_s <= ROBOT.time_step_s / 3
+    assert mode.model.trials[0].twin.robot.time_step_s == fit.time_step_s
+    swum = mode.model.trials[0].simulated(np.array([fit.coefficients]))[0, SPEED]
+    assert swum == pytest.approx(trials[0].speed, rel=0.01)
+    assert np.array(fit.coefficients[:3]) == pytest.approx(SLOW[:3], rel=0.1)

@@ -15,6 +15,7 @@ from fitting.frequency import beating_part
 from fitting.measure_trial import measure_trial
 from fitting.pool import determined, smooth_swim
 from fitting.trial import MeasuredTrial
+from fitting.trial_checks import sight_flags
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import NotEnoughData
 from swimcal.robot import load_robot
@@ -22,6 +23,7 @@ from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from tests.cases import few
+from tests.fitting.exact_swims import lasting_noise
 
 ROBOT, CAMERA, FPS = load_robot(), CameraSpec(60.0, 0.142), 60.0
 PX_PER_M = 950.0
@@ -375,3 +377,16 @@ def test_what_is_called_determined_is_recovered(seed: int, beats: float, kept: f
 def test_a_short_trial_is_taken_as_it_is() -> None:
     time_s = np.arange(120) / 60.0
     assert beating_part(time_s, np.zeros((120, 2)), np.ones((120, 2)), 1.0) == slice(0, 120)
+
+
+def test_noise_that_lasts_long_is_taken_for_a_drift_of_the_scale_in_few_trials_and_a_drift_is_always_told() -> None:
+    time_s, random = np.arange(0.0, 8.0, 1 / 120), np.random.default_rng(4)
+    kept = np.ones(len(time_s), bool)
+    told = {0.0: 0, 0.08: 0}
+    for _ in range(100):
+        noise_px = 0.6 * lasting_noise((1, len(time_s), 1, 1), random, 0.5).ravel()  # 30 frames at 120 a second
+        for drift in told:
+            span_px = 60.0 * (1 + drift * time_s / time_s[-1]) + noise_px
+            told[drift] += bool(sight_flags(time_s, span_px, kept, kept, 0.6))
+    assert told[0.0] <= 2
+    assert told[0.08] == 100

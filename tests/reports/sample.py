@@ -89,7 +89,9 @@ def made_fit() -> CoefficientFit:
     )
     flags = (Flag("at_bound", message="magnus_lift = 0 is at its bound 0: the data favour a value beyond it"),)
     interval = np.column_stack([0.9 * np.array(BEST), 1.1 * np.array(BEST)])
-    return CoefficientFit(BEST, interval, MEDIANS, NO_ROLL, ends, simulations=321, seconds=4.2, flags=flags)
+    return CoefficientFit(
+        BEST, interval, MEDIANS, NO_ROLL, ends, simulations=321, seconds=4.2, time_step_s=0.0045, flags=flags
+    )
 
 
 def made_published(calibration: Calibration) -> PublishedResult:
