@@ -16,7 +16,8 @@ from tracking.video import Frame
 
 ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
-_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
+_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does …
+_MUCH_BETTER = 2.0  # … and where brightness is enough
 _ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
 _LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
 _CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and its surroundings
@@ -29,6 +30,7 @@ _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with e
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # ring at the rim of a box, in half sides
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
+_BESIDE = (0.4, 0.6, 0.75)  # shares of the contrast: a second level from here on is one, surely, and at most
 _SMALLEST_PX = 4.0
 LEAST_CONTRAST = 1.0
 """Grey levels that a marker stands out by at least; else nothing could be a share of its contrast."""
@@ -73,6 +75,13 @@ class Grey:
         """Return the grey levels (h, w), uint8, of a frame."""
         return self._of_yuv(frame.yuv()) if self.by_colour else frame.luma
 
+    def brightness_beside(self, frame: Frame) -> np.ndarray | None:
+        """Return the brightness (h, w), uint8, of a frame whose markers are sought by colour; else None.
+
+        A film keeps fewer colours than pixels, and compresses them more.
+        """
+        return frame.luma if self.by_colour else None
+
     def _of_yuv(self, yuv: np.ndarray) -> np.ndarray:
         levels = self._levels[yuv[..., 1], yuv[..., 2]]
         return levels if self.lightness == (0.0, 255.0) else np.maximum(levels, self._by_lightness[yuv[..., 0]])
@@ -102,8 +111,6 @@ class Grey:
         # The worst marker counts, by brightness and then by colour.
         margin, share = _margins(frame.luma, centre_px, side_px).min(axis=1)
         large = float(np.min(side_px)) >= _LARGE_PX
-        if margin >= ENOUGH and (share >= _ALONE or not large):
-            return cls()
         yuv = frame.yuv()
         hues = [_parts(yuv[..., channel], centre_px, side_px) for channel in (1, 2)]
         cores = np.array([[np.median(core) for core, _ in parts] for parts in hues]).T  # (m, 2)
@@ -114,8 +121,9 @@ class Grey:
         coloured = cls(True, around, gain)
         hue_margin, hue_share = _margins(coloured._of_yuv(yuv), centre_px, side_px).min(axis=1)
         better = hue_margin >= max(ENOUGH, _BETTER * margin)
-        if margin >= ENOUGH:  # good enough, if colour is not much better
-            better = hue_margin >= ENOUGH and hue_share >= max(_CLEAR, _BETTER * share)
+        if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
+            alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
+            better = hue_margin >= ENOUGH and (alone or hue_margin >= max(_FULL / 2, _MUCH_BETTER * margin))
         if not better and margin < ENOUGH:
             dark, light = np.percentile(
                 np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
@@ -183,6 +191,11 @@ def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
     return _margins(grey, centre_px, side_px)[0] < -ENOUGH
 
 
+def stands_out(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Return (m,) bool, the markers whose grey lies well beyond the levels around them; arguments as `lies_within`."""
+    return _margins(grey, centre_px, side_px)[0] >= ENOUGH
+
+
 def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
     """Measure the contrast of each marker, below 0 within the levels around it, and as a share of the largest, (2, m).
 
@@ -248,6 +261,20 @@ def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarr
         rows.append(wide if wide[2] > _CLEARER * tight[2] else tight)
     sign, diameter, contrast = np.array(rows).T
     return Appearance(sign, diameter, contrast, np.ones(len(sign)))
+
+
+def beside_light(other: np.ndarray, contrast: np.ndarray) -> np.ndarray:
+    """Return the light below which what is around a marker counts as none of its own, where that has two levels.
+
+    A dark nose on the tip of a bright body lies half over water, which is darker than the body too.
+
+    Args:
+        other: how far the level next to the marker's is from the farthest, in luma.
+        contrast: how far the marker is from the farthest, in luma.
+    """
+    low, high, most = _BESIDE
+    share = other / np.maximum(contrast, LEAST_CONTRAST)
+    return np.asarray(np.minimum(share, most) * np.clip((share - low) / (high - low), 0, 1) * contrast)
 
 
 def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[float, float, float]:

@@ -231,8 +231,8 @@ def _flag_no_lens(seen: MeasuredDistortion | None) -> tuple[Flag, ...]:
     if seen is not None and abs(seen.k1) > _SURE_SD * seen.sd:
         longer = "longer" if seen.k1 > 0 else "shorter"
         message = (
-            f"the lens is not calibrated, and lengths appear {longer} towards the edges of the picture, as the "
-            f"distance from nose to neck shows: up to {100 * seen.stretch:.0f} % where markers are farthest out. {step}"
+            f"the lens is not calibrated, and nose to neck appears {longer} towards the edges of the picture, by "
+            f"{100 * seen.over_swim:.1f} % over this swim: by the lens, or a robot that rises or dives. {step}"
         )
         return (Flag("no_lens", message=message),)
     # Over the picture's width: k1 t^3 / (2 t), half a picture from its middle

@@ -52,6 +52,8 @@ MOST_ADDED = 4.0
 """Largest part of this sum that a marker found again may add: 0 to 2 where it is at its dot, 6 to 9 on a glint."""
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
+HEAD_LOST_FRAMES, CLEARLY = 3, 0.5
+"""The same for nose or neck while the other is not seen, and the confidence from which they are clearly seen."""
 RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5
@@ -110,7 +112,10 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
             dots_px = at_px[np.ix_(frames, own)]
             sure[np.ix_(frames, own)] = _sure(dots_px, along_px, own)[:, None] & _fitting(dots_px, along_px, own)
     found_anew = _found_anew(seen)
-    found_anew[: whole[0]], found_anew[:, :2] = False, False  # nose and neck have no others' places
+    # Nose and neck have no others' places; one alone may have the other's.
+    clear = seen & (tracked.confidence.values[:, middle] >= CLEARLY)
+    found_anew[:, :2] = _found_anew(clear, HEAD_LOST_FRAMES)[:, :2] & ~clear[:, 1::-1]
+    found_anew[: whole[0]] = False
     wrong = _lasting(widened(wrong, wrong, JOINED) | (found_anew & ~sure), seen & ~sure)
     return [
         Flag(
@@ -202,11 +207,11 @@ def _impossible(at_px: np.ndarray, along_px: np.ndarray, seen: np.ndarray) -> np
     return found
 
 
-def _found_anew(seen: np.ndarray) -> np.ndarray:
-    """Tell in which frames markers (n, k) are seen again after `LOST_FRAMES` without them or more."""
+def _found_anew(seen: np.ndarray, least: int = LOST_FRAMES) -> np.ndarray:
+    """Tell in which frames markers (n, k) are seen again after so many without them or more."""
     found = np.zeros_like(seen)
     for column in range(seen.shape[1]):
-        for _, last in stretches(~seen[:, column], LOST_FRAMES):
+        for _, last in stretches(~seen[:, column], least):
             found[last + 1 : last + 2, column] = True
     return found
 

@@ -25,7 +25,7 @@ from swimcal.flags import Flag
 from tracking.appearance import Appearance, lies_within, measure_appearance, window
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
-from tracking.spots import strongest_answer
+from tracking.spots import onto_dots, strongest_answer
 from tracking.tracker import MarkerTracker, Sighting
 
 # The search.
@@ -69,7 +69,13 @@ LEAST_CONTRAST_FAINT = 25.0
 
 
 def find_boxes(
-    luma: np.ndarray, layout_m: np.ndarray, markers: Sequence[str], *, frame: int = 0, file: str = "the video"
+    luma: np.ndarray,
+    layout_m: np.ndarray,
+    markers: Sequence[str],
+    *,
+    frame: int = 0,
+    file: str = "the video",
+    again: bool = False,
 ) -> StartBoxes:
     """Find the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
 
@@ -79,6 +85,7 @@ def find_boxes(
         markers: their m names.
         frame: number of the picture in its video.
         file: name of the video in messages.
+        again: they were measured in other frames, so that a marker may run into something next to it.
 
     Raises:
         InputError: the body is not found, or not with certainty; reports what was seen and how to click it.
@@ -97,7 +104,7 @@ def find_boxes(
     if confidence < CERTAIN:
         raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
-    if merged := _find_merged(chosen, layout_m):
+    if (merged := _find_merged(chosen, layout_m)) and not again:
         found = f"{', '.join(markers[k] for k in merged)} longer than wide, other than the markers before and behind"
         raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
@@ -269,6 +276,14 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
             message = (
                 f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "
                 "is it the marker? Look at the picture of the boxes"
+            )
+            flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
+    aside_px = np.linalg.norm(onto_dots(grey, centre_px, side_px) - centre_px, axis=1)
+    for name, off_px in zip(markers, aside_px.tolist(), strict=True):
+        if off_px:
+            message = (
+                f"the start box of {name} lies {off_px:.0f} px beside a dot like the other markers, which is followed "
+                "instead: is it the marker? Look at the picture of the boxes"
             )
             flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
     odd = odd_one_out(measure_appearance(grey, centre_px, side_px))

@@ -43,6 +43,8 @@ TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 
 ANEW, _TRY_EVERY = 30, 3
 """Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
+_LOST_FOR, _MANY_LOST, _UNLIKE = 10, 2, 0.5
+"""After so many frames so many markers below this confidence, or out of order, have the whole robot looked for."""
 _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
@@ -97,6 +99,8 @@ class _Pass:
         self._video, self._markers, self._partial = video, markers, partial
         self._samples = np.full((video.info.frames, len(markers)), NO_SAMPLE)
         self._unseen = np.zeros(len(markers), int)  # number of frames without any sight of it, up to now
+        self._unlike = np.zeros(len(markers), int)  # number of frames in which it was unlike itself, or out of order
+        self._patience = _LOST_FOR  # number of such frames until the robot is looked for
         self._repeats = Repeats()
         self._end = 0  # one past the last frame taken in
         self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew
@@ -110,7 +114,7 @@ class _Pass:
         if kept is None or "samples" not in kept:
             return False
         self._tracker = MarkerTracker.restored(kept, self._video.threads)
-        self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
+        self._end, self._unseen, self._unlike = len(kept["samples"]), kept["frames_unseen"], kept["frames_unlike"]
         self._samples[: self._end] = kept["samples"]
         self._grey = Grey.restored(kept["grey"])
         self._last = self._end - 1
@@ -145,7 +149,12 @@ class _Pass:
         centre, side = boxes.centres_px(self._markers), boxes.sides_px(self._markers)
         self._grey = Grey.of_boxes(frame, boxes, self._markers)
         self._tracker, first = MarkerTracker.begin(
-            self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
+            self._grey.of(frame),
+            centre,
+            side,
+            use_csrt,
+            threads=self._video.threads,
+            brightness=self._grey.brightness_beside(frame),
         )
         return self._tracker, first
 
@@ -167,10 +176,10 @@ class _Pass:
         if boxes.frame == 0:
             return
         self._begun(self._video.frame(boxes.frame), boxes, method == "hybrid")
-        self._unseen[:] = 0
+        self._unseen[:] = self._unlike[:] = 0
         gone, since, end = 0, boxes.frame, self._end
         for earlier in backward(self._video, boxes.frame):
-            sighting = self._tracker.step(self._grey.of(earlier), frames=float(since - earlier.number))
+            sighting = self._step(earlier, float(since - earlier.number))
             since = earlier.number
             self._add(earlier.number, sighting)
             height, width = earlier.luma.shape
@@ -199,13 +208,21 @@ class _Pass:
             return False
         self._anew = ANEW if self._video.is_suspect(number) else self._anew - 1
         tried = 0 <= self._anew < ANEW and (ANEW - self._anew) % _TRY_EVERY == 1
+        if np.count_nonzero(self._unlike >= self._patience) >= _MANY_LOST:
+            tried, self._patience = True, self._patience * 3 // 2  # in vain it would cost more than all the rest
         if tried and self._start_anew(frame, find):
-            self._anew = 0
+            self._anew, self._patience = 0, _LOST_FOR
+            self._unlike[:] = 0
         else:
             elapsed = float(since[last + 1 : number + 1].sum())
-            self._add(number, self._tracker.step(self._grey.of(frame), frames=elapsed))
+            self._add(number, self._step(frame, elapsed))
         self._last = number
         return True
+
+    def _step(self, frame: Frame, frames: float) -> Sighting:
+        """Follow all markers into a frame, so many frames of the usual rate after the one before."""
+        beside = self._grey.brightness_beside(frame)
+        return self._tracker.step(self._grey.of(frame), frames=frames, brightness=beside)
 
     def follow(self, progress: Progress | None, find: Find | None = None) -> None:
         """Follow to the end; what was tracked is kept now and then, and when it is interrupted."""
@@ -223,6 +240,7 @@ class _Pass:
                         own: dict[str, np.ndarray] = {
                             "samples": self._samples[: self._end],
                             "frames_unseen": self._unseen,
+                            "frames_unlike": self._unlike,
                             "grey": self._grey.as_array(),
                         }
                         own |= self._repeats.state()
@@ -242,6 +260,12 @@ class _Pass:
 
     def _add(self, number: int, sighting: Sighting) -> None:
         self._unseen = np.where(sighting.seen, 0, self._unseen + 1)
+        itself = (sighting.confidence >= _UNLIKE) & ~sighting.by_csrt
+        if isinstance(self._tracker, MarkerTracker):
+            itself &= ~self._tracker.out_of_order(sighting)
+        self._unlike = np.where(itself, np.maximum(self._unlike - 2, 0), self._unlike + 1)
+        if self._unlike.max() == 0:
+            self._patience = _LOST_FOR
         carried = ~sighting.seen & (self._unseen <= PREDICTED_FOR)
         known = (sighting.seen | carried)[:, None]
         row = self._samples[number]
@@ -304,7 +328,8 @@ def _tracked_on(
     centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
     start = video.frame(wanted.frame)
     grey = Grey.chosen(start, centre, side)
-    tracker, first = MarkerTracker.begin(grey.of(start), centre, side, threads=video.threads)
+    beside = grey.brightness_beside(start)
+    tracker, first = MarkerTracker.begin(grey.of(start), centre, side, threads=video.threads, brightness=beside)
     stop = len(position_px) if wanted.until is None else wanted.until + 1
     samples = np.full(stop - after, NO_SAMPLE)
     if without_marker(tracker, first)[0]:
@@ -317,7 +342,8 @@ def _tracked_on(
     for frame in video.frames(after, stop):
         others = position_px[frame.number, believed]  # (o, 2)
         taken = others[np.isfinite(others).all(axis=1)]
-        sighting = tracker.step(grey.of(frame), taken, (frame.time_s - last_s) * video.info.fps)
+        elapsed = (frame.time_s - last_s) * video.info.fps
+        sighting = tracker.step(grey.of(frame), taken, elapsed, grey.brightness_beside(frame))
         last_s = frame.time_s
         if sighting.seen[0]:
             sample = sighting.position_px, sighting.confidence, SampleState.MEASURED, sighting.diameter_px
@@ -371,7 +397,7 @@ class PlainCsrt:
             tracker.init(picture, tuple(box))
         self.first = self._sighting([(True, box) for box in boxes.tolist()])
 
-    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
+    def step(self, luma: np.ndarray, *, frames: float = 1.0, brightness: object = None) -> Sighting:  # noqa: ARG002
         """Follow the markers into the next frame (h, w) uint8."""
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
         with ThreadPoolExecutor(self._threads or None) as pool:

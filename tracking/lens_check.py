@@ -30,11 +30,13 @@ class MeasuredDistortion(NamedTuple):
         k1: relative shift of a point per squared slope of its ray, without a unit.
         sd: its standard deviation.
         farthest: slope of the ray of the marker that is farthest from the middle of the picture.
+        over_swim: relative change of the length from nose to neck that it makes over the swim.
     """
 
     k1: float
     sd: float
     farthest: float
+    over_swim: float
 
     @property
     def largest(self) -> float:
@@ -79,7 +81,7 @@ def measure_distortion(tracks: xr.Dataset, picture_px: tuple[int, int], half_wid
     if len(off) < _FEWEST_TIMES * lasting:
         return None
     sd = float(np.sqrt(np.linalg.inv(moments)[0, 0] * lasting * (off**2).mean()))
-    return MeasuredDistortion(k1, sd, farthest)
+    return MeasuredDistortion(k1, sd, farthest, abs(k1) * float(np.ptp(columns[:, 0])))
 
 
 def _undo_distortion(ends: np.ndarray, k1: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ do not count either.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -86,6 +87,8 @@ DRIFT_FRAMES = 10
 """… for so many frames on end may have drifted onto something else."""
 FAINT_CONFIDENCE = 0.2
 """A marker below it is not believed in a single frame: a third of such samples are on something else (blind test)."""
+MOMENT_FRAMES = 5
+"""Frames at most in which a marker counts, between as many and more in which it does not, for a mere moment."""
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
@@ -391,8 +394,21 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     ]
     flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout), *strayed_flags(tracked, layout)]
     believed = mask_untrusted(tracked.assign_attrs(flags=(*tracked.flags, *flags)))
-    flags += [*_few_frames(believed), *_lost_over_gap(tracked)]
+    flags += [*_believed_for_a_moment(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
+
+
+def _believed_for_a_moment(believed: xr.Dataset) -> list[Flag]:
+    """Flag a marker that counts for a few frames, amid as many and more in which it does not: it is not back."""
+    counts = believed.confidence.values > 0
+    flags = []
+    for k, marker in enumerate(markers_of(believed)):
+        gaps = stretches(~counts[:, k], MOMENT_FRAMES)
+        for (_, before), (after, _) in pairwise(gaps):
+            if after - before - 1 <= MOMENT_FRAMES:
+                message = f"{marker} looks like itself for a moment, amid frames in which it does not count"
+                flags.append(Flag("drift", (marker,), (before + 1, after - 1), message))
+    return flags
 
 
 def _lost_over_gap(tracked: xr.Dataset) -> list[Flag]:
@@ -433,9 +449,11 @@ def _few_frames(believed: xr.Dataset) -> list[Flag]:
     for first, last in stretches(fast, 2 * FAST_FRAMES):
         inside = share[max(first - 1, 0) : last]
         names = tuple(np.array(markers_of(believed), dtype=object)[(inside > FAST).any(axis=0)].tolist())
+        several = len(names) > 1
+        who = f"{', '.join(names[:-1])} and {names[-1]} move" if several else f"{names[0]} moves"
         message = (
-            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
-            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
+            f"{who} by up to {inside.max():.0%} of the distance to the nearest neighbour from one frame to the next: "
+            "too few frames a beat to carry motion on; names rest on the distances along the body. Film with more "
             "frames a second"
         )
         flags.append(Flag("few_frames", names, (first, last), message))

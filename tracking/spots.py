@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_fill_holes
 
-from tracking.appearance import Appearance, window, windows
+from tracking.appearance import Appearance, beside_light, lies_within, measure_appearance, window, windows
 
 _WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
 _FAINTEST = 0.3  # share of the response that a marker of known contrast gives
@@ -18,11 +18,13 @@ _SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
 _ROUNDS = 3, 5  # rounds of the centroid, each centred on the one before; the second number is for streaks
 _MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
-_FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
+_FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
-_QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
+_PARTS = (0.25, 0.7)  # of it the darkest, for a bright marker, is body or water: the rest may be the other of the two
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # excess size of a window
+_FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
+_BESIDE_ITS_DOT, _BESIDE_PX, _CLEARLY_MORE = 0.6, 2.0, 1.3  # how far in diameters and px more, and what clears a doubt
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
 _HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
@@ -113,6 +115,38 @@ def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Ap
         response = _response(window(luma, column, row, half), sign, diameter)
         answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
     return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
+
+
+def onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> np.ndarray:
+    """Return the centres (k, 2) of start boxes, each that lies beside its dot moved onto the dot.
+
+    What is in such a box is bright where most markers are dark, or dark where most are bright, and a free dot like
+    most lies hardly farther off than its own rim, and stands out more.
+
+    Args:
+        luma: (h, w) uint8 picture.
+        centre_px: (k, 2) centres of the boxes.
+        box_px: (k,) their mean sides.
+    """
+    look = measure_appearance(luma, centre_px, box_px)
+    usual = 1.0 if (look.sign > 0).mean() > 0.5 else -1.0
+    odd = np.flatnonzero(look.sign != usual)
+    alike = look.of((look.sign == usual) & ~lies_within(luma, centre_px, box_px))
+    if not len(odd) or len(alike.sign) < _FEWEST_ALIKE:
+        return centre_px
+    diameter, contrast = (float(np.median(each)) for each in (alike.diameter_px, alike.contrast))
+    wanted = Appearance(*np.array([[usual], [diameter], [contrast], [1.0]]))
+    moved = centre_px.astype(float)
+    for marker in odd.tolist():
+        own = strongest_answer(luma, centre_px[[marker]], 1, -usual, float(look.diameter_px[marker]))[0]
+        reach = np.array([_BESIDE_ITS_DOT * diameter + _BESIDE_PX])
+        spots = find_spots(luma, moved[[marker]], reach, wanted)
+        spots = spots.away_from(np.delete(moved, marker, axis=0), diameter / 2)
+        clear = spots.strength * contrast > _CLEARLY_MORE * own
+        if clear.any():
+            away = np.where(clear, np.linalg.norm(spots.position_px - centre_px[marker], axis=1), np.inf)
+            moved[marker] = spots.position_px[away.argmin()]
+    return moved
 
 
 def _in_window(
@@ -221,9 +255,12 @@ def _centres_of(
     mine = _own_side(position_px, others_px, x, y, reach)
     bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
     ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
-    light = (bright - _background(bright, ring)[:, None, None]) * mine
+    background, other = (level[:, None, None] for level in _levels(bright, ring))
+    light = (bright - background) * mine
     _fill_holes(light, known, distance < _INNER * radius)
-    counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
+    beside = beside_light(other - background, known) if streaks is None else np.zeros_like(known)
+    floor = np.maximum(_FLOOR * known, beside)
+    counted = np.clip(light - floor, 0, known - floor)
     rim = radius + (_MARGIN_PX + 0.5)
     cut = (~mine & (distance < rim)).any(axis=(1, 2))
     for _ in range(_ROUNDS[streaks is not None]):
@@ -237,7 +274,8 @@ def _centres_of(
         x, y, distance = _from(offset, away, streaks)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
-    share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
+    own = (light - beside) / np.maximum(peak[:, None, None] - beside, 1.0)
+    share = np.clip(own, 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
 
 
@@ -290,9 +328,10 @@ def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarr
     return mine
 
 
-def _background(patch: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Return (k,) the darkest quarter of each patch over its ring."""
+def _levels(patch: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (k,) the darkest quarter of each patch over its ring, and the level that most of it does not pass."""
     values = np.where(ring, patch, np.nan)
     values = np.sort(values.reshape(len(patch), -1), axis=1)  # nan last
     count = np.maximum(ring.reshape(len(patch), -1).sum(axis=1), 1)
-    return np.nan_to_num(values[np.arange(len(patch)), (_QUARTER * count).astype(int)])
+    dark, bright = (np.nan_to_num(values[np.arange(len(patch)), (share * count).astype(int)]) for share in _PARTS)
+    return dark, bright

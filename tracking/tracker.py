@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tracking.appearance import LEAST_CONTRAST, Appearance, measure_appearance
+from tracking.appearance import ENOUGH, LEAST_CONTRAST, Appearance, measure_appearance, stands_out
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
 from tracking.identities import FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
-from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
+from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, onto_dots, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
+_AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
 _CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
@@ -25,6 +26,7 @@ _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 # A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
 _REACH, _FARTHEST = 1.25, 5.0
+_OUT_OF_ORDER, _FEWEST_PAIRS = 1.5, 3  # times that a distance grows or shrinks beside most of so many, in disorder
 _ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
 _WHOLE = 2.5  # times that such a search reaches farther
 _SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off its expected place
@@ -86,8 +88,11 @@ class MarkerTracker:
     def __init__(self, start: Appearance, motion: MarkerMotion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
         self.start = start
         self.look = start
+        self.bright_start: Appearance | None = None  # the look in brightness, where markers are sought by colour
+        self.bright: Appearance | None = None
         self.motion = motion
         self.spacing = spacing
+        self.apart_px = spacing.lengths[0]  # (e,) distances of the pairs at the start
         self.csrt = csrt
         self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
         self.settled = np.zeros(len(start.sign), int)  # frames in a row in which its spot was beyond doubt
@@ -95,26 +100,31 @@ class MarkerTracker:
 
     @classmethod
     def begin(
-        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, threads: int = 0
+        cls,
+        luma: np.ndarray,
+        centre_px: np.ndarray,
+        box_px: np.ndarray,
+        use_csrt: bool = True,
+        threads: int = 0,
+        brightness: np.ndarray | None = None,
     ) -> tuple["MarkerTracker", Sighting]:
         """Start in a frame in which every marker has a box.
 
-        The frame is (h, w) uint8; (m, 2) are the centres of the boxes and (m,) their mean sides. CSRT takes so many
-        threads, 0 for all cores.
+        The frame is (h, w) uint8, as is its brightness where it shows colours; (m, 2) are the centres of the boxes and
+        (m,) their mean sides. CSRT takes so many threads, 0 for all cores.
         """
-        start = measure_appearance(luma, centre_px, box_px)
-        widest = np.maximum(box_px, start.diameter_px)
-        for _ in range(2):  # a box may hold part of a neighbour
-            centres = measure_centres(luma, centre_px, centre_px, start)
-            start = replace(
-                start,
-                diameter_px=np.minimum(centres.diameter_px, widest),
-                contrast=np.maximum(centres.contrast, LEAST_CONTRAST),
-            )
+        centre_px = onto_dots(luma, centre_px, box_px)
+        start, centres, widest = _look_in_boxes(luma, centre_px, box_px)
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
         motion, loose = MarkerMotion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
+        if brightness is not None:
+            bright, *_ = _look_in_boxes(brightness, centres.position_px, box_px)
+            alike = np.abs(np.log(np.maximum(bright.diameter_px, 1.0) / start.diameter_px)) < _SIZE_SPREAD
+            clear = alike & stands_out(brightness, centres.position_px, box_px)
+            bright = replace(bright, contrast=np.where(clear, bright.contrast, LEAST_CONTRAST))
+            tracker.bright = tracker.bright_start = bright
         near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
         still = np.zeros(centre_px.shape)
         first = tracker._see(luma, Prediction(centre_px.astype(float), near_px, still), frames=np.inf)
@@ -125,14 +135,22 @@ class MarkerTracker:
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
         tracker.motion = MarkerMotion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
+        tracker.apart_px = tracker.spacing.lengths[0]
         return tracker, first
 
-    def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
+    def step(
+        self,
+        luma: np.ndarray,
+        taken_px: np.ndarray | None = None,
+        frames: float = 1.0,
+        brightness: np.ndarray | None = None,
+    ) -> Sighting:
         """Follow the markers into the next frame (h, w) uint8, `frames` frames of the usual rate after the one before.
 
-        No marker is put where others are that this tracker does not follow, (o, 2).
+        No marker is put where others are that this tracker does not follow, (o, 2). Where the frame shows colours, its
+        brightness (h, w) uint8 says more sharply where a marker is.
         """
-        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames)
+        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames, brightness)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
@@ -141,7 +159,10 @@ class MarkerTracker:
             "look": self.look.as_array(),
             "shutter": self.shutter,
             "settled": self.settled,
+            "apart_px": self.apart_px,
         }
+        if self.bright is not None and self.bright_start is not None:
+            state |= {"bright_start": self.bright_start.as_array(), "bright": self.bright.as_array()}
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -153,10 +174,27 @@ class MarkerTracker:
         )
         tracker = cls(Appearance(*state["start"]), MarkerMotion(**motion), Spacing(**spacing), csrt)
         tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
-        tracker.settled = state["settled"]
+        tracker.settled, tracker.apart_px = state["settled"], state["apart_px"]
+        if "bright" in state:
+            tracker.bright_start, tracker.bright = Appearance(*state["bright_start"]), Appearance(*state["bright"])
         if csrt is not None:
             csrt.restore(state)
         return tracker
+
+    def out_of_order(self, sighting: Sighting) -> np.ndarray:
+        """Return (m,) bool, the markers much farther from a neighbour, or nearer to it, than a bend of the body makes.
+
+        The distances are those in the start boxes, at the scale that most have now.
+        """
+        wrong = np.zeros(len(sighting.seen), bool)
+        pairs = self.spacing.pairs
+        both = sighting.seen[pairs].all(axis=1)
+        if np.count_nonzero(both) >= _FEWEST_PAIRS:
+            pairs, ends = pairs[both], sighting.position_px[pairs[both]]
+            share = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) / self.apart_px[both]
+            share /= np.median(share)
+            wrong[pairs[(share < 1 / _OUT_OF_ORDER) | (share > _OUT_OF_ORDER)]] = True
+        return wrong
 
     @property
     def can_be_kept(self) -> bool:
@@ -164,7 +202,12 @@ class MarkerTracker:
         return self.faint is None and (self.csrt is None or not self.csrt.running)
 
     def _see(
-        self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
+        self,
+        luma: np.ndarray,
+        predicted: Prediction,
+        taken_px: np.ndarray | None = None,
+        frames: float = 1.0,
+        brightness: np.ndarray | None = None,
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs, and where they are is no other's
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
@@ -185,6 +228,8 @@ class MarkerTracker:
         if fast.any():  # the shutter: squared lengths of their streaks over squared velocities
             sums = [centres.streak_px2[fast].sum(), (velocity[seen][fast] ** 2).sum()]
             self.shutter = _KEEP_SHUTTER * self.shutter + sums
+        if brightness is not None:
+            centres = self._sharpened(brightness, centres, others, seen, streaks.some(seen))
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         if self.faint is not None:
@@ -276,6 +321,29 @@ class MarkerTracker:
         apart = np.linalg.norm(self.motion.past[0][:, None] - self.motion.past[0][None], axis=2)
         return np.sort(apart, axis=1)[:, 1]
 
+    def _sharpened(
+        self, brightness: np.ndarray, centres: Centres, others: np.ndarray, seen: np.ndarray, streaks: Streaks
+    ) -> Centres:
+        """Put markers seen by colour (m,) where brightness has them, if both agree and it looks as it did.
+
+        A glint or a bubble on a coloured marker draws its brightness, not its colour.
+        """
+        if self.bright is None or self.bright_start is None:
+            return centres
+        look = self.bright.of(seen)
+        found = measure_centres(brightness, centres.position_px, others, look, streaks)
+        apart = np.linalg.norm(found.position_px - centres.position_px, axis=1) / look.diameter_px
+        wider = np.log(np.maximum(found.diameter_px, 1.0) / look.diameter_px)
+        fainter = found.contrast / look.contrast
+        good = (apart < _AGREES) & (np.abs(wider) < _SIZE_SPREAD) & (np.abs(fainter - 1) < _CONTRAST_SPREAD)
+        good &= look.contrast >= ENOUGH
+        diameter, contrast = self.bright.diameter_px.copy(), self.bright.contrast.copy()
+        diameter[seen], contrast[seen] = found.diameter_px, found.contrast
+        surely = seen.copy()
+        surely[seen] = good
+        self.bright = self.bright.seen(surely, diameter, contrast, self.bright_start)
+        return replace(centres, position_px=np.where(good[:, None], found.position_px, centres.position_px))
+
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
     ) -> tuple[Centres, np.ndarray]:
@@ -332,6 +400,23 @@ class MarkerTracker:
             for marker, answer in answers.items():
                 position[marker], held[marker] = answer, True
         return held
+
+
+def _look_in_boxes(
+    luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray
+) -> tuple[Appearance, Centres, np.ndarray]:
+    """Measure the look of the markers in their boxes; return it, their centres, and how wide (m,) they are at most."""
+    look = measure_appearance(luma, centre_px, box_px)
+    widest, place_px = np.maximum(box_px, look.diameter_px), centre_px
+    for _ in range(2):  # a box may hold part of a neighbour, and lie off its marker
+        centres = measure_centres(luma, place_px, place_px, look)
+        place_px = centres.position_px
+        look = replace(
+            look,
+            diameter_px=np.minimum(centres.diameter_px, widest),
+            contrast=np.maximum(centres.contrast, LEAST_CONTRAST),
+        )
+    return look, centres, widest
 
 
 def assign(spots: Spots, predicted: Prediction) -> np.ndarray:

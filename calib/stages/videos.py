@@ -31,7 +31,8 @@ from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 
-_FORM = 3  # version of how tracks are judged; raw ones are judged anew, not tracked anew
+_RAW_FORM = 2  # version of the tracker
+_FORM = 4  # version of how tracks are judged; raw ones are judged anew, not tracked anew
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
 _LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
 
@@ -193,13 +194,14 @@ class Videos:
         raise problems[0]
 
     def _find(self, spec: TrialSpec, frame: Frame) -> StartBoxes | None:
-        """Find the boxes in a frame; None where they are not certain."""
+        """Find the boxes in a later frame; None where they are not certain."""
         with suppress(InputError):
-            return self._sought(spec, frame)
+            return self._sought(spec, frame, again=True)
         return None
 
-    def _sought(self, spec: TrialSpec, frame: Frame) -> StartBoxes:
-        return find_boxes(frame.luma, self._layout_m, self._markers, frame=frame.number, file=str(spec.video))
+    def _sought(self, spec: TrialSpec, frame: Frame, again: bool = False) -> StartBoxes:
+        names, file = self._markers, str(spec.video)
+        return find_boxes(frame.luma, self._layout_m, names, frame=frame.number, file=file, again=again)
 
     def _found_stage(self, spec: TrialSpec) -> Stage:
         settings = {"markers": self._markers, "layout_m": self._layout_m, "finder": 1}
@@ -265,7 +267,7 @@ class Videos:
         return current[0] if current else TRACKERS[0]
 
     def _raw_stage(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> Stage:
-        settings = {"boxes": boxes.to_json(), "markers": self._markers, "tracker": tracker}
+        settings = {"boxes": boxes.to_json(), "markers": self._markers, "tracker": tracker, "form": _RAW_FORM}
         file = TrackedFiles.of(Path("raw"), spec.name).tracks
         return self._stage(file, spec, settings | {"opencv": cv2.__version__})
 

@@ -151,3 +151,14 @@ def test_names_are_not_sure_after_a_gap_in_which_the_robot_gets_to_other_markers
     flags = flags_of("damaged_video", judge(trial, ROBOT))
     assert [flag.frames for flag in flags] == ([(60, FRAMES - missing - 1)] if told else [])
     assert all("names are not sure from there on" in flag.message for flag in flags)
+
+
+@pytest.mark.parametrize(("length", "counts"), [(1, False), (4, False), (12, True)])
+def test_a_marker_that_is_seen_for_a_moment_amid_frames_without_it_does_not_count(length: int, counts: bool) -> None:
+    position = swum()
+    lost = np.ones(60, bool)
+    lost[25 : 25 + length] = False
+    position[40:100, 4][lost] = np.nan
+    moments = [flag.frames for flag in flags_of("drift", judge(trial_of(position), ROBOT))]
+
+    assert moments == ([] if counts else [(65, 65 + length - 1)])
