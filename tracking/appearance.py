@@ -18,6 +18,7 @@ ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does …
 _MUCH_BETTER = 2.0  # … and where brightness is enough
+_FEWEST_TO_SPARE = 4  # markers of which one may be hidden in its box
 _ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
 _LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
 _CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and its surroundings
@@ -105,11 +106,10 @@ class Grey:
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
         """Choose the grey in which markers at (m, 2), px, in boxes of (m,) sides, px, stand out from what is around.
 
-        Brightness is chosen if it separates them all: it is sharper, and costs nothing. Where neither it nor colour
-        does, a marker may stand out by either.
+        Brightness is chosen if it separates them all, unless colour does so far better: it is sharper, and costs
+        nothing. Where neither does, a marker may stand out by either; then all of them but one, which may be hidden.
         """
-        # The worst marker counts, by brightness and then by colour.
-        margin, share = _margins(frame.luma, centre_px, side_px).min(axis=1)
+        bright = _margins(frame.luma, centre_px, side_px)  # (2, m)
         large = float(np.min(side_px)) >= _LARGE_PX
         yuv = frame.yuv()
         hues = [_parts(yuv[..., channel], centre_px, side_px) for channel in (1, 2)]
@@ -119,19 +119,23 @@ class Grey:
         off = _off_segment(cores, *np.array(around))
         gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
         coloured = cls(True, around, gain)
-        hue_margin, hue_share = _margins(coloured._of_yuv(yuv), centre_px, side_px).min(axis=1)
-        better = hue_margin >= max(ENOUGH, _BETTER * margin)
-        if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
-            alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
-            better = hue_margin >= ENOUGH and (alone or hue_margin >= max(_FULL / 2, _MUCH_BETTER * margin))
-        if not better and margin < ENOUGH:
-            dark, light = np.percentile(
-                np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
-            )
-            either = replace(coloured, lightness=(float(dark), float(light)))
-            if _margins(either._of_yuv(yuv), centre_px, side_px)[0].min() >= ENOUGH:
+        hue = _margins(coloured._of_yuv(yuv), centre_px, side_px)
+        dark, light = np.percentile(
+            np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
+        )
+        either = replace(coloured, lightness=(float(dark), float(light)))
+        for spared in (0, 1) if len(side_px) >= _FEWEST_TO_SPARE else (0,):
+            # The worst marker counts, or the second.
+            (margin, share), (hue_margin, hue_share) = (np.sort(each, axis=1)[:, spared] for each in (bright, hue))
+            if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
+                alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
+                better = hue_margin >= ENOUGH and (alone or hue_margin >= max(_FULL / 2, _MUCH_BETTER * margin))
+                return coloured if better else cls()
+            if hue_margin >= max(ENOUGH, _BETTER * margin):
+                return coloured
+            if np.sort(_margins(either._of_yuv(yuv), centre_px, side_px)[0])[spared] >= ENOUGH:
                 return either
-        return coloured if better else cls()
+        return cls()
 
     @cached_property
     def _levels(self) -> np.ndarray:

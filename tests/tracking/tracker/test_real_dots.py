@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from benchmarks.video.writer import VideoWriter
+from swimcal.errors import InputError
 from tests.cases import later
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
@@ -225,3 +226,14 @@ def test_a_robot_that_comes_into_view_is_tracked_from_where_each_marker_does(tmp
 
     assert np.nanmax(off[(x > 8) & (x < SIZE[0] - 8)]) < 1.0
     assert np.isfinite(off[(x > 14) & (x < SIZE[0] - 14)]).mean() > 0.99
+
+
+def test_of_coloured_dots_the_hidden_one_is_named(tmp_path: Path) -> None:
+    clip = Clip()
+    with VideoWriter(tmp_path / "clip.mp4", *SIZE, fps=30, crf=18) as writer:
+        writer.write(clip.frame(0))
+    boxes = {**clip.boxes().boxes, "tail_3": Box.around((330.0, 60.0), 16.0)}
+    with Video(tmp_path / "clip.mp4") as video, pytest.raises(InputError) as refused:
+        follow_video(video, StartBoxes(0, boxes), NAMES)
+
+    assert "found tail_3;" in str(refused.value)
