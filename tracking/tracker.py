@@ -121,9 +121,11 @@ class MarkerTracker:
         tracker = cls(start, motion, loose, csrt)
         if brightness is not None:
             bright, *_ = _look_in_boxes(brightness, centres.position_px, box_px)
-            alike = np.abs(np.log(np.maximum(bright.diameter_px, 1.0) / start.diameter_px)) < _SIZE_SPREAD
+            wide_px = np.maximum(bright.diameter_px, 1.0)
+            alike = np.abs(np.log(wide_px / np.maximum(start.diameter_px, 1.0))) < _SIZE_SPREAD
             clear = alike & stands_out(brightness, centres.position_px, box_px)
-            bright = replace(bright, contrast=np.where(clear, bright.contrast, LEAST_CONTRAST))
+            contrast = np.where(clear, bright.contrast, LEAST_CONTRAST)
+            bright = replace(bright, diameter_px=wide_px, contrast=contrast)
             tracker.bright = tracker.bright_start = bright
         near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
         still = np.zeros(centre_px.shape)
