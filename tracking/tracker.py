@@ -121,11 +121,9 @@ class MarkerTracker:
         tracker = cls(start, motion, loose, csrt)
         if brightness is not None:
             bright, *_ = _look_in_boxes(brightness, centres.position_px, box_px)
-            wide_px = np.maximum(bright.diameter_px, 1.0)
-            alike = np.abs(np.log(wide_px / np.maximum(start.diameter_px, 1.0))) < _SIZE_SPREAD
+            alike = np.abs(np.log(bright.diameter_px / start.diameter_px)) < _SIZE_SPREAD
             clear = alike & stands_out(brightness, centres.position_px, box_px)
-            contrast = np.where(clear, bright.contrast, LEAST_CONTRAST)
-            bright = replace(bright, diameter_px=wide_px, contrast=contrast)
+            bright = replace(bright, contrast=np.where(clear, bright.contrast, LEAST_CONTRAST))
             tracker.bright = tracker.bright_start = bright
         near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
         still = np.zeros(centre_px.shape)
@@ -415,7 +413,7 @@ def _look_in_boxes(
         place_px = centres.position_px
         look = replace(
             look,
-            diameter_px=np.minimum(centres.diameter_px, widest),
+            diameter_px=np.clip(centres.diameter_px, 1.0, widest),  # a box may hold nothing
             contrast=np.maximum(centres.contrast, LEAST_CONTRAST),
         )
     return look, centres, widest
