@@ -137,7 +137,8 @@ def imagined(
     tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
     later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
-    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
+    camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
+    return measure_trial(spec, later, camera, twin.robot, like.warmup_s, judged=False)
 
 
 @dataclass(frozen=True, eq=False)

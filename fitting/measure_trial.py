@@ -37,6 +37,7 @@ def measure_trial(
     robot: RobotSpec,
     warmup_s: float,
     motor: MotorRecord | None = None,
+    judged: bool = True,
 ) -> MeasuredTrial:
     """Check, scale and normalise the tracks of one swim, and find its frequency, start and speed.
 
@@ -47,6 +48,7 @@ def measure_trial(
         robot: the robot.
         warmup_s: time left out of every comparison.
         motor: record of the motor (`fitting.motor_clock.read_motor`); default: the crank turns evenly.
+        judged: whether samples are checked; those of a simulation are right.
 
     Raises:
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
@@ -59,7 +61,7 @@ def measure_trial(
             "longer, or shorten [fit] warmup_s"
         )
     rests: tuple[Flag, ...] = ()
-    position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
+    position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}", judged=judged)
     reach = reach_along_tail(robot, [markers_of(tracks)[marker] for marker in tail])
     trusted = head_is_trusted(markers_of(tracks), quality.weight)
     head = head_frame(markers_of(tracks), position_m, trusted)

@@ -47,7 +47,12 @@ class CommonScale:
 
 
 def in_pool(
-    tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
+    tracks: xr.Dataset,
+    camera: CameraSpec,
+    robot: RobotSpec,
+    whose: str,
+    floor_px: float = FLOOR_PX,
+    judged: bool = True,
 ) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
     """Check the tracks and transform them to the pool.
 
@@ -57,6 +62,7 @@ def in_pool(
         robot: the robot.
         whose: the trial and what it is for, for the message.
         floor_px: distance that a marker may always have from where the others put it.
+        judged: whether samples are checked; those of a simulation are right.
 
     Returns:
         Markers (n, m, 2) on the pool, m; scale, m/px; how far each sample is believed; indices of the tail's markers.
@@ -64,7 +70,8 @@ def in_pool(
     Raises:
         NotEnoughData: no tail marker, or nose and neck are exchanged or never seen apart.
     """
-    quality, markers = check_tracks(tracks, robot, floor_px), markers_of(tracks)
+    markers, believed = markers_of(tracks), TrackQuality(tracks.confidence.values, ())
+    quality = check_tracks(tracks, robot, floor_px) if judged else believed
     if is_exchanged(tracks, robot.marker_positions_m(markers)):
         raise NotEnoughData(
             f"{whose}: nose and neck are exchanged; found the markers of the tail on the nose's side, expected them on "
