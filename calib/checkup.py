@@ -128,7 +128,7 @@ def _trials(session: Session) -> Iterator[Check]:
     found = f"{len(fitted)} to fit, {len(held)} held out"
     advice = []
     if len(fitted) < _FEWEST_FIT:
-        advice.append("Two fit trials at different speeds determine far more than one; with three, names are checked.")
+        advice.append("Two fit trials at different speeds determine far more than one; three cross-validate effects.")
     if not held:
         advice.append('Give a trial role = "holdout": without one the quality of forecasts is not known.')
     yield Check("swim trials", "advice" if advice else "ok", found, " ".join(advice))

@@ -45,7 +45,7 @@ policy = typer.Typer(
 
 COMMANDS: dict[Callable[..., None], tuple[str, str]] = {
     run: ("run every stage the session has data for", "calib run pool-1 pool-2 --jobs 2"),
-    new: ("make a session from your videos or tracks", "calib new pool --videos f0_75.mp4 f1_25.mp4"),
+    new: ("make a session from your videos or tracks", "calib new pool --videos f0_50.mp4 f0_75.mp4 f1_25.mp4"),
     track: ("track the markers in the videos", "calib track pool --method spots"),
     edit: ("correct the tracks", """calib edit pool f1_00 '{"op": "undo", "line": 2}'"""),
     fit: ("fit the structure and the coefficients", "calib fit pool --effort quick"),

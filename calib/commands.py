@@ -263,7 +263,7 @@ def fit(
 
     Held-out trials are forecast given the frequency, and again after their first two beats; a line, a power law and a
     constant stride through the fitted speeds are given for comparison. The other commands use the current fit, whatever
-    its effort; only another fit replaces it.
+    its effort; it stays until you fit again.
     """
     plain = objective == "likelihood" and scheduler is None and not as_json
     if plain and print_again("fit", session, effort, verbose):
@@ -294,7 +294,7 @@ def diagnose(  # noqa: PLR0913
     session: SessionFolder,
     effort: Effort = None,
     workers: Workers = 0,
-    exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
+    exclude: Annotated[str | None, typer.Option(help="effects to leave out, comma-separated")] = None,
     test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
     reference: Annotated[
         Path | None,

@@ -106,7 +106,8 @@ def new_from_files(  # noqa: PLR0913  the arguments of a command
             robot=spec,
             robot_file=robot,
             lens=lens,
-            held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
+            roles_chosen=not fit,
+            held_out=[swim for swim in swims if swim not in fit] if fit else _inner(swims),
         )
         write_whole(part / SESSION_FILE, text)
 
@@ -126,6 +127,11 @@ class _Trial:
     def kind(self) -> str:
         """The kind of the trial, by its name."""
         return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
+
+
+def _inner(swims: list[str]) -> list[str]:
+    """Choose which of the swims, slowest first, are held out: every second, but neither the slowest nor the fastest."""
+    return swims[1:-1:2] if len(swims) > 2 else swims[1:]
 
 
 def _rate(time_s: np.ndarray) -> float:

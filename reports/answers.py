@@ -273,7 +273,9 @@ class Answers:
     def no_caveat(self) -> str:
         """The sentence where there is no caveat but what the named effects explain."""
         count = len(self.explained)
-        return f"No caveat but {count} that the named effects explain (-v)." if count else "No caveat."
+        if not count:
+            return "No caveat."
+        return f"{count} caveat{'s' if count > 1 else ''}, which the named effects explain (-v lists them)."
 
 
 def answers_of(

@@ -306,17 +306,20 @@ def _speeds(context: ReportContext) -> Plot:
     band = ""
     if context.posterior is not None:
         inside, count = sure.in_band
-        bars = ", and the upright bar of each trial," if count else ""
+        bars = " and upright bars" if count else ""
         missed = context.unknown_to_bands if inside < 0.8 * count else ""
         whose = "its bar" if count == 1 else "their bars"
         held = f" {share_of(inside, count, 'held-out speed')} in {whose}{missed}." if count else ""
-        band = f" The band{bars} should hold 90 % of new swims; it is the twin’s, corrected by the fit trials.{held}"
+        band = (
+            f" Pale band{bars}: where 90 % of new swims should fall, by the twin corrected with the fit trials, not "
+            f"the exported one (blue).{held}"
+        )
     return Plot(
         speed_sweep_figure(calibration, context.posterior),
         "sweep",
-        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} Elongated body theory is drawn "
-        "for the twin’s tail; its mean error is that for each trial’s own tail. On grey ground nothing was fitted "
-        f"({shown(low, 2)}{'' if low == high else f' to {shown(high, 2)}'} Hz was).",
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} The curve of elongated body "
+        "theory takes the twin’s tail motion; its mean error takes the measured one. Grey: outside what was fitted, "
+        f"{shown(low, 2)}{'' if low == high else f' to {shown(high, 2)}'} Hz.",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
         narrow=speed_sweep_figure(calibration, context.posterior, narrow=True),
     )

@@ -60,7 +60,7 @@ def cluster() -> Iterator[LocalCluster]:
     """Two processes of one thread each."""
     forks()
     method = dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})
-    with method, LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as started:
+    with method, LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as started:
         client = started.get_client()
         client.run(hurried)
         client.register_worker_callbacks(hurried)  # workers that take the place of killed ones

@@ -38,7 +38,7 @@ def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPat
 
 def test_a_scheduler_without_workers_is_named() -> None:
     with (
-        LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=0, processes=False, dashboard_address=":0") as cluster,
         pytest.raises(InputError, match="no workers"),
     ):
         list(spread(fatal, [0], lost, scheduler=cluster.scheduler_address))
