@@ -169,12 +169,12 @@ class TimeStepError(NamedTuple):
 
     @property
     def matters(self) -> bool:
-        """Whether the error is too large to leave it."""
+        """Return whether the error is too large to be left."""
         return abs(self.share) >= _STEP_OFF
 
     @property
     def finer_s(self) -> float:
-        """Time step that leaves a small error of the speed, s."""
+        """The time step that leaves a small error of the speed, s."""
         slower = min(np.ceil(abs(self.share) / _LEFT_OFF), np.floor(self.step_s / SHORTEST_STEP_S))
         return float(f"{self.step_s / slower:.2g}")
 

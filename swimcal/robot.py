@@ -351,7 +351,7 @@ class RobotSpec(TomlTable):
 
     @property
     def names_time_step(self) -> bool:
-        """Whether the robot's file names the time step, so that no fit may choose a finer one."""
+        """Return whether the robot's file names the time step; then no fit chooses a finer one."""
         return "time_step_s" in self.model_fields_set
 
     def with_time_step(self, time_step_s: float) -> "RobotSpec":

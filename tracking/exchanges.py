@@ -53,7 +53,7 @@ MOST_ADDED = 4.0
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
 HEAD_LOST_FRAMES, CLEARLY = 3, 0.5
-"""The same for nose or neck while the other is not seen, and the confidence from which they are clearly seen."""
+"""Number of lost frames for nose or neck while the other is not seen; confidence from which they are clearly seen."""
 RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5

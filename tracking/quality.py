@@ -88,7 +88,7 @@ DRIFT_FRAMES = 10
 FAINT_CONFIDENCE = 0.2
 """A marker below it is not believed in a single frame: a third of such samples are on something else (blind test)."""
 MOMENT_FRAMES = 5
-"""Frames at most in which a marker counts, between as many and more in which it does not, for a mere moment."""
+"""Largest number of frames that are a mere moment, between as many and more in which a marker does not count."""
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
