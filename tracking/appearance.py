@@ -107,7 +107,8 @@ class Grey:
         """Choose the grey in which markers at (m, 2), px, in boxes of (m,) sides, px, stand out from what is around.
 
         Brightness is chosen if it separates them all, unless colour does so far better: it is sharper, and costs
-        nothing. Where neither does, a marker may stand out by either; then all of them but one, which may be hidden.
+        nothing. Where neither does, a marker may stand out by either; else clearly by colour all of them but one, which
+        may be hidden.
         """
         bright = _margins(frame.luma, centre_px, side_px)  # (2, m)
         large = float(np.min(side_px)) >= _LARGE_PX
@@ -124,18 +125,17 @@ class Grey:
             np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
         )
         either = replace(coloured, lightness=(float(dark), float(light)))
-        for spared in (0, 1) if len(side_px) >= _FEWEST_TO_SPARE else (0,):
-            # The worst marker counts, or the second.
-            (margin, share), (hue_margin, hue_share) = (np.sort(each, axis=1)[:, spared] for each in (bright, hue))
-            if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
-                alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
-                better = hue_margin >= ENOUGH and (alone or hue_margin >= max(_FULL / 2, _MUCH_BETTER * margin))
-                return coloured if better else cls()
-            if hue_margin >= max(ENOUGH, _BETTER * margin):
-                return coloured
-            if np.sort(_margins(either._of_yuv(yuv), centre_px, side_px)[0])[spared] >= ENOUGH:
-                return either
-        return cls()
+        (margin, share), (hue_margin, hue_share) = bright.min(axis=1), hue.min(axis=1)  # the worst marker counts
+        if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
+            alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
+            better = hue_margin >= ENOUGH and (alone or hue_margin >= max(_FULL / 2, _MUCH_BETTER * margin))
+            return coloured if better else cls()
+        if hue_margin >= max(ENOUGH, _BETTER * margin):
+            return coloured
+        if _margins(either._of_yuv(yuv), centre_px, side_px)[0].min() >= ENOUGH:
+            return either
+        others = np.sort(hue[0])[1:] if len(side_px) >= _FEWEST_TO_SPARE else hue[0]
+        return coloured if others.min() >= _FULL / 2 else cls()
 
     @cached_property
     def _levels(self) -> np.ndarray:

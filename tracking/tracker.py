@@ -14,6 +14,7 @@ from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres,
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
+_FADED = 0.5  # share of the contrast in its box below which a marker was not measured at its place
 _AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
 _CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
@@ -407,15 +408,18 @@ def _look_in_boxes(
 ) -> tuple[Appearance, Centres, np.ndarray]:
     """Measure the look of the markers in their boxes; return it, their centres, and how wide (m,) they are at most."""
     look = measure_appearance(luma, centre_px, box_px)
-    widest, place_px = np.maximum(box_px, look.diameter_px), centre_px
+    widest = np.maximum(box_px, look.diameter_px)
+    place_px = centre_px
     for _ in range(2):  # a box may hold part of a neighbour, and lie off its marker
         centres = measure_centres(luma, place_px, place_px, look)
-        place_px = centres.position_px
+        faded = centres.contrast < _FADED * look.contrast  # it went off what is faint
+        place_px = np.where(faded[:, None], centre_px, centres.position_px)
         look = replace(
             look,
-            diameter_px=np.clip(centres.diameter_px, 1.0, widest),  # a box may hold nothing
-            contrast=np.maximum(centres.contrast, LEAST_CONTRAST),
+            diameter_px=np.where(faded, look.diameter_px, np.clip(centres.diameter_px, 1.0, widest)),
+            contrast=np.where(faded, look.contrast, np.maximum(centres.contrast, LEAST_CONTRAST)),
         )
+    centres = replace(centres, position_px=place_px)
     return look, centres, widest
 
 
