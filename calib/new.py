@@ -107,7 +107,7 @@ def new_from_files(  # noqa: PLR0913  the arguments of a command
             robot_file=robot,
             lens=lens,
             roles_chosen=not fit,
-            held_out=[swim for swim in swims if swim not in fit] if fit else _inner(swims),
+            held_out=[swim for swim in swims if swim not in fit] if fit else _choose_held_out(swims),
         )
         write_whole(part / SESSION_FILE, text)
 
@@ -129,7 +129,7 @@ class _Trial:
         return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
 
 
-def _inner(swims: list[str]) -> list[str]:
+def _choose_held_out(swims: list[str]) -> list[str]:
     """Choose which of the swims, slowest first, are held out: every second, but neither the slowest nor the fastest."""
     return swims[1:-1:2] if len(swims) > 2 else swims[1:]
 

@@ -17,7 +17,7 @@ from tracking.video import Frame
 ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does …
-_MUCH_BETTER = 2.0  # … and where brightness is enough
+_MUCH_BETTER = 2.0  # … and that they must where brightness would be enough
 _FEWEST_TO_SPARE = 4  # markers of which one may be hidden in its box
 _ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
 _LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
@@ -31,7 +31,8 @@ _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with e
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # ring at the rim of a box, in half sides
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
-_BESIDE = (0.4, 0.6, 0.75)  # shares of the contrast: a second level from here on is one, surely, and at most
+_BESIDE = (0.4, 0.6)  # shares of the contrast from which a second level around a marker counts, and counts in full
+_MOST_BESIDE = 0.75  # share of the contrast that it takes away at most
 _SMALLEST_PX = 4.0
 LEAST_CONTRAST = 1.0
 """Grey levels that a marker stands out by at least; else nothing could be a share of its contrast."""
@@ -267,7 +268,7 @@ def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarr
     return Appearance(sign, diameter, contrast, np.ones(len(sign)))
 
 
-def beside_light(other: np.ndarray, contrast: np.ndarray) -> np.ndarray:
+def compute_light_beside(other: np.ndarray, contrast: np.ndarray) -> np.ndarray:
     """Return the light below which what is around a marker counts as none of its own, where that has two levels.
 
     A dark nose on the tip of a bright body lies half over water, which is darker than the body too.
@@ -276,9 +277,9 @@ def beside_light(other: np.ndarray, contrast: np.ndarray) -> np.ndarray:
         other: how far the level next to the marker's is from the farthest, in luma.
         contrast: how far the marker is from the farthest, in luma.
     """
-    low, high, most = _BESIDE
+    low, high = _BESIDE
     share = other / np.maximum(contrast, LEAST_CONTRAST)
-    return np.asarray(np.minimum(share, most) * np.clip((share - low) / (high - low), 0, 1) * contrast)
+    return np.asarray(np.minimum(share, _MOST_BESIDE) * np.clip((share - low) / (high - low), 0, 1) * contrast)
 
 
 def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[float, float, float]:

@@ -52,8 +52,10 @@ MOST_ADDED = 4.0
 """Largest part of this sum that a marker found again may add: 0 to 2 where it is at its dot, 6 to 9 on a glint."""
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
-HEAD_LOST_FRAMES, CLEARLY = 3, 0.5
-"""Number of lost frames for nose or neck while the other is not seen; confidence from which they are clearly seen."""
+HEAD_LOST_FRAMES = 3
+"""Number of lost frames after which nose or neck has its own name only where both are seen, or the names are sure."""
+CLEARLY = 0.5
+"""Least confidence of a nose or neck that is clearly seen."""
 RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5

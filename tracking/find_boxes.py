@@ -25,7 +25,7 @@ from swimcal.flags import Flag
 from tracking.appearance import Appearance, lies_within, measure_appearance, window
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
-from tracking.spots import onto_dots, strongest_answer
+from tracking.spots import move_onto_dots, strongest_answer
 from tracking.tracker import MarkerTracker, Sighting
 
 # The search.
@@ -278,7 +278,7 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
                 "is it the marker? Look at the picture of the boxes"
             )
             flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
-    aside_px = np.linalg.norm(onto_dots(grey, centre_px, side_px) - centre_px, axis=1)
+    aside_px = np.linalg.norm(move_onto_dots(grey, centre_px, side_px) - centre_px, axis=1)
     for name, off_px in zip(markers, aside_px.tolist(), strict=True):
         if off_px:
             message = (

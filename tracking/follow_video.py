@@ -43,8 +43,11 @@ TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 
 ANEW, _TRY_EVERY = 30, 3
 """Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
-_LOST_FOR, _MANY_LOST, _UNLIKE = 10, 2, 0.5
-"""After so many frames so many markers below this confidence, or out of order, have the whole robot looked for."""
+_UNLIKE = 0.5  # confidence below which a marker is unlike itself
+_MANY_LOST = 2  # markers unlike themselves, or out of order, for which the whole robot is looked for
+_LOST_FOR = (
+    10  # frames of that after which it is looked for first; after each attempt in vain it takes half as many more
+)
 _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
@@ -115,6 +118,7 @@ class _Pass:
             return False
         self._tracker = MarkerTracker.restored(kept, self._video.threads)
         self._end, self._unseen, self._unlike = len(kept["samples"]), kept["frames_unseen"], kept["frames_unlike"]
+        self._patience = int(kept["patience"])
         self._samples[: self._end] = kept["samples"]
         self._grey = Grey.restored(kept["grey"])
         self._last = self._end - 1
@@ -241,6 +245,7 @@ class _Pass:
                             "samples": self._samples[: self._end],
                             "frames_unseen": self._unseen,
                             "frames_unlike": self._unlike,
+                            "patience": np.array(self._patience),
                             "grey": self._grey.as_array(),
                         }
                         own |= self._repeats.state()

@@ -394,11 +394,11 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     ]
     flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout), *strayed_flags(tracked, layout)]
     believed = mask_untrusted(tracked.assign_attrs(flags=(*tracked.flags, *flags)))
-    flags += [*_believed_for_a_moment(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
+    flags += [*_flag_moments(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def _believed_for_a_moment(believed: xr.Dataset) -> list[Flag]:
+def _flag_moments(believed: xr.Dataset) -> list[Flag]:
     """Flag a marker that counts for a few frames, amid as many and more in which it does not: it is not back."""
     counts = believed.confidence.values > 0
     flags = []

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_fill_holes
 
-from tracking.appearance import Appearance, beside_light, lies_within, measure_appearance, window, windows
+from tracking.appearance import Appearance, compute_light_beside, lies_within, measure_appearance, window, windows
 
 _WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
 _FAINTEST = 0.3  # share of the response that a marker of known contrast gives
@@ -20,11 +20,13 @@ _ROUNDS = 3, 5  # rounds of the centroid, each centred on the one before; the se
 _MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
 _FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
-_PARTS = (0.25, 0.7)  # of it the darkest, for a bright marker, is body or water: the rest may be the other of the two
+_PARTS = (0.25, 0.7)  # quantiles of the ring's light that are the level of body or water, and that of the other
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # excess size of a window
 _FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
-_BESIDE_ITS_DOT, _BESIDE_PX, _CLEARLY_MORE = 0.6, 2.0, 1.3  # how far in diameters and px more, and what clears a doubt
+_BESIDE_ITS_DOT = 0.6  # diameters from a start box to its dot at most, …
+_BESIDE_PX = 2.0  # … and px more
+_CLEARLY_MORE = 1.3  # times that a dot answers more strongly than what is in the box beside it
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
 _HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
@@ -117,7 +119,7 @@ def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Ap
     return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
 
 
-def onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> np.ndarray:
+def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> np.ndarray:
     """Return the centres (k, 2) of start boxes, each that lies beside its dot moved onto the dot.
 
     What is in such a box is bright where most markers are dark, or dark where most are bright, and a free dot like
@@ -258,7 +260,7 @@ def _centres_of(
     background, other = (level[:, None, None] for level in _levels(bright, ring))
     light = (bright - background) * mine
     _fill_holes(light, known, distance < _INNER * radius)
-    beside = beside_light(other - background, known) if streaks is None else np.zeros_like(known)
+    beside = compute_light_beside(other - background, known) if streaks is None else np.zeros_like(known)
     floor = np.maximum(_FLOOR * known, beside)
     counted = np.clip(light - floor, 0, known - floor)
     rim = radius + (_MARGIN_PX + 0.5)

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from tracking.appearance import ENOUGH, LEAST_CONTRAST, Appearance, measure_appearance, stands_out
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
 from tracking.identities import FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
-from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, onto_dots, with_answer
+from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, move_onto_dots, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
@@ -27,7 +27,8 @@ _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 # A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
 _REACH, _FARTHEST = 1.25, 5.0
-_OUT_OF_ORDER, _FEWEST_PAIRS = 1.5, 3  # times that a distance grows or shrinks beside most of so many, in disorder
+_OUT_OF_ORDER = 1.5  # times that a distance grows or shrinks, against most others, where names are in disorder
+_FEWEST_PAIRS = 3  # distances that tell what most do
 _ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
 _WHOLE = 2.5  # times that such a search reaches farther
 _SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off its expected place
@@ -114,7 +115,7 @@ class MarkerTracker:
         The frame is (h, w) uint8, as is its brightness where it shows colours; (m, 2) are the centres of the boxes and
         (m,) their mean sides. CSRT takes so many threads, 0 for all cores.
         """
-        centre_px = onto_dots(luma, centre_px, box_px)
+        centre_px = move_onto_dots(luma, centre_px, box_px)
         start, centres, widest = _look_in_boxes(luma, centre_px, box_px)
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
