@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, isfinite, nan
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -52,6 +53,7 @@ BESIDE = ("line", "constant_stride", EBT)
 
 _AS_GOOD = 0.25
 """Largest relative difference of two mean speed errors between models that are about as good as each other."""
+_SAME_BEAT = 0.02  # largest relative difference of beat frequencies that count as one
 _LIKELY = 3  # number of effects whose probability is shown even if they are not named
 _WORTH_A_SWIM = 0.9  # a swim that leaves a larger share of the standard deviations is not worth filming for them
 _SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
@@ -66,6 +68,7 @@ class TwinErrors(NamedTuple):
         speed: mean error of the forward speed, m/s.
         markers_mm: mean marker distance, mm; nan where unknown.
         swum: mean measured speed, m/s.
+        frequencies: number of beat frequencies that differ by more than 2 %.
     """
 
     trials: int
@@ -73,6 +76,7 @@ class TwinErrors(NamedTuple):
     speed: float
     markers_mm: float
     swum: float
+    frequencies: int
 
     @property
     def size(self) -> str:
@@ -370,7 +374,9 @@ def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -
     speed = sum(abs(trial.forecasts[TWIN].speed - trial.speed_measured) for trial in trials) / count
     distances = [trial.forecasts[TWIN].marker_error_mm for trial in trials]
     markers = sum(nan if each is None else each for each in distances) / count
-    return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count)
+    beats_hz = sorted(trial.frequency_hz for trial in trials)
+    frequencies = 1 + sum(high > (1 + _SAME_BEAT) * low for low, high in pairwise(beats_hz))
+    return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count, frequencies)
 
 
 def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, damaged: str) -> HowSure:

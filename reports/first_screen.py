@@ -278,6 +278,8 @@ def _describe_exported(off: HowFarOff) -> Markup:
         parts.append(Markup("No held-out trial tells how well it forecasts."))
         return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
+    if held.frequencies < held.trials:
+        swims += " at one frequency" if held.frequencies == 1 else f" at {held.frequencies} frequencies"
     rule = off.beside.get(off.best)
     beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, to {in_mm(rule)}"
     theory = off.beside_theory and f", {off.beside_theory}"
@@ -311,8 +313,8 @@ def _speeds(context: ReportContext) -> Plot:
         whose = "its bar" if count == 1 else "their bars"
         held = f" {share_of(inside, count, 'held-out speed')} in {whose}{missed}." if count else ""
         band = (
-            f" Pale band{bars}: where 90 % of new swims should fall, by the twin corrected with the fit trials, not "
-            f"the exported one (blue).{held}"
+            " Pale: the twin corrected with the fit trials, not the one you export (blue); its "
+            f"band{bars} should hold 90 % of new swims.{held}"
         )
     return Plot(
         speed_sweep_figure(calibration, context.posterior),

@@ -114,8 +114,8 @@ def speed_sweep_figure(
 ) -> Figure:
     """Draw the speeds above, and below the same minus the twin's.
 
-    Frequencies on grey ground were not fitted. The band is the posterior's; each held-out trial has its own, and is red
-    where it lies outside.
+    Frequencies on grey ground were not fitted. The band is the posterior's, about the corrected twin; each held-out
+    trial has its own, and is red where it lies outside.
 
     Args:
         calibration: the calibration.
@@ -157,7 +157,9 @@ def _draw(axes: Axes, calibration: Calibration, minus: np.ndarray, predicted: Pr
     if predicted is not None:
         less = np.interp(predicted.frequency_hz, hz, minus)
         ends = [(predicted.outer[i] - less) * MM for i in (0, -1)]
-        axes.fill_between(predicted.frequency_hz, *ends, color=TWIN, alpha=0.16, linewidth=0, label="90 % band")
+        axes.fill_between(predicted.frequency_hz, *ends, color=TWIN, alpha=0.16, linewidth=0, label="corrected, 90 %")
+        middle = (predicted.outer[2] - less) * MM
+        axes.plot(predicted.frequency_hz, middle, color=TWIN, linewidth=0.9, alpha=0.45)
     known = [trial.frequency.hz for trial in trials], [trial.speed for trial in trials]
     for name, look in _RULES.items():
         rule = np.array(BASELINES[name].rule(*known, list(hz)), float)

@@ -9,7 +9,6 @@ from markupsafe import Markup
 from diagnosis.result import (
     AllEffects,
     DiagnosisResult,
-    FittedParameter,
     FreeDecay,
     MissingForces,
     Remainder,
@@ -42,9 +41,9 @@ from reports.words import (
     in_words,
     listed,
     of_its_size,
+    parameter_in_words,
     shown,
     significant,
-    spanned,
     whole_percent,
 )
 from swimcal.effects.catalogue import catalogue
@@ -221,19 +220,15 @@ def _parameters(found: DiagnosisResult) -> Table:
     rows = []
     for effect in found.effect_parameters:
         fitted = parameters_of(found.effect_parameters, effect)
-        rows += [(in_words(effect), in_words(name), *_format_fitted(own)) for name, own in fitted.items()]
+        for name, own in fitted.items():
+            told = parameter_in_words(name, own)
+            bound = ", at its bound" if own.at_bound else ""
+            rows.append((in_words(effect), told.name, told.value, f"{told.interval}{bound}", told.unit or "–"))
     known = {name: effect.physics for name, effect in catalogue().items()}
     named = ((name, known.get(name, "an effect of the user’s own.")) for name in found.effect_parameters)
     physics = " ".join(f"{in_words(name)}: {what}" for name, what in named)
     caption = f"Parameters of the effects, refitted to the fit trials; zero is the plain twin. {physics}"
     return Table(caption.strip(), PARAMETER, tuple(rows))
-
-
-def _format_fitted(own: FittedParameter) -> tuple[str, str, str]:
-    low, high = own.ci95
-    unit = {"1": "–"}.get(own.unit, own.unit)
-    bound = ", at its bound" if own.at_bound else ""
-    return significant(own.value, 3), f"{spanned(low, high)}{bound}", unit
 
 
 def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:

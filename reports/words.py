@@ -266,15 +266,28 @@ def effect_size(parameters: EffectParameters, effect: str) -> str:
     """Say how strong an effect was fitted to be: its three clearest parameters, each with its 95 % interval."""
     found = parameters_of(parameters, effect).items()
     largest = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
-    return ", ".join(_parameter(name, own) for name, own in largest)
+    shown_ones = [parameter_in_words(name, own) for name, own in largest]
+    return ", ".join(f"{one.name} {one.value} ({one.interval}) {one.unit}".rstrip() for one in shown_ones)
 
 
 _OPPOSITE = {"right": "left", "down": "up"}
 """Directions in the picture that parameters are named after, and what they are called where the value is negative."""
 
 
-def _parameter(name: str, fitted: FittedParameter) -> str:
-    """Format a parameter, metres as millimetres, with enough digits that half its interval has two."""
+class ParameterInWords(NamedTuple):
+    """A fitted parameter as one reads it: its name, value and 95 % interval, and the unit; "" for a plain number."""
+
+    name: str
+    value: str
+    interval: str
+    unit: str
+
+
+def parameter_in_words(name: str, fitted: FittedParameter) -> ParameterInWords:
+    """Format a parameter, metres as millimetres, with enough digits that half its interval has two.
+
+    A direction is named so that its value is positive: up, not down of a negative size.
+    """
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
     if name in _OPPOSITE and fitted.value < 0:
         name, scale = _OPPOSITE[name], -scale
@@ -282,8 +295,7 @@ def _parameter(name: str, fitted: FittedParameter) -> str:
     low, high = min(low, high), max(low, high)
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
     at, start, end = (shown(each, places) for each in (value, low, high))
-    ends = f"{in_words(name)} {at} ({start} to {end})"
-    return ends if unit == "1" else f"{ends} {unit}"
+    return ParameterInWords(in_words(name), at, f"{start} to {end}", "" if unit == "1" else unit)
 
 
 class Change(NamedTuple):

@@ -296,7 +296,7 @@ class GapResult(Result):
 
     def summary(self) -> str:
         """Summarise where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
-        experiment = next_experiment(self.data) or "none of the known ones is expected to add information"
+        experiment = next_experiment(self.data) or "none known would tell the likeliest effects better apart"
         where, which, how_far = gap_sentences(self.data)
         return "\n".join(
             [

@@ -79,7 +79,7 @@ def test_a_trial_of_which_too_little_was_seen_is_not_drawn() -> None:
     [(1.0, "worse than"), (4.0, "about as good as"), (9.0, "better than")],
 )
 def test_the_twin_is_compared_with_elongated_body_theory(theory_mm_s: float, said: str) -> None:
-    held_out = TwinErrors(3, 3, 0.0044, 8.1, 0.148)
+    held_out = TwinErrors(3, 3, 0.0044, 8.1, 0.148, 3)
     off = HowFarOff(None, held_out, {"ebt_published": theory_mm_s / 1000}, "", "", "")
     assert off.beside_theory == f"{said} elongated body theory ({theory_mm_s:.1f} mm/s)"
     assert any(off.beside_theory in text for text in off.sentences)

@@ -83,8 +83,8 @@ def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verd
         ("named", "(p < 0.001): something else is missing too."),
         ("named", "12.0 → 3.0"),
         ("named", "11.0 → 2.0"),
-        ("named", "tendon slack length 0.0021 0.0018 to 0.0024 m"),
-        ("named", "wave drag high −1.5 −2 to −1, at its bound s"),
+        ("named", "tendon slack length 2.10 1.80 to 2.40 mm"),
+        ("named", "wave drag high −1.50 −2.00 to −1.00, at its bound s"),
         (
             "named",
             "tendon slack + wave drag 0.700 wave drag + another effect 0.100 another effect 0.020",
