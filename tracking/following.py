@@ -22,8 +22,10 @@ from tracking.harmed_frames import stretches
 # `follow`: each sample against shape and motion.
 FADE = 0.97
 """Keep this share, frame by frame, of a left-out marker's last known distance from where the others put it."""
-RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
-"""Median length of a vector whose two coordinates are normal with standard deviation 1."""
+RAYLEIGH_MEDIAN, RAYLEIGH_90 = np.sqrt(-2 * np.log((0.5, 0.1)))
+"""Quantiles of the length of a vector whose two coordinates are normal with standard deviation 1."""
+TURNS = 2.0
+"""A tail that turns round sharply is that much further from its steady motion, at most, than in half of the frames."""
 AT_MOST_AHEAD = 2.5
 """Motion carries on over a time step no longer than this many times the one before."""
 LEAST_SPREAD_PX = 1.0
@@ -103,12 +105,17 @@ def fitting_shape(
 
 
 def motion_spread(position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
-    """Return (m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
+    """Return (m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px.
+
+    A tail that hurries through the middle and turns round sharply is off most where it turns, in a tenth of the frames
+    or more; jumps of faulty tracks, as often, are no motion.
+    """
     change = np.linalg.norm(np.diff(position_px, n=2, axis=0), axis=2)  # (n - 2, m)
     usable = active[2:] & active[1:-1] & active[:-2]
     spread = np.full(active.shape[1], 3.0 * LEAST_SPREAD_PX)
     for k in np.flatnonzero(usable.sum(axis=0) >= 10):
-        spread[k] = np.median(change[usable[:, k], k]) / RAYLEIGH_MEDIAN
+        middle, high = np.quantile(change[usable[:, k], k], (0.5, 0.9)) / (RAYLEIGH_MEDIAN, RAYLEIGH_90)
+        spread[k] = min(max(middle, high), TURNS * max(middle, LEAST_SPREAD_PX))
     return np.maximum(spread, LEAST_SPREAD_PX)
 
 

@@ -51,6 +51,9 @@ STILL_PX = 1.0
 """… moving by no more than this over so many frames, in each coordinate …"""
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
+STOP_FRAMES, STOP_SHARE = 2, 0.5
+"""A frozen box stops or goes on at once: within so many frames before or after its rest it moves by this share of what
+its neighbours move meanwhile. The point about which a head turns comes to rest, and leaves it, gently."""
 CLAMPED_SPREAD = 0.1
 """A marker that rests through the trial is clamped, not frozen, if its distances vary by no more than this share."""
 
@@ -116,9 +119,22 @@ def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
         for first, last in stretches(quiet[:, k]):
             span = slice(first, last + STILL_FRAMES)
             own, *others = np.linalg.norm(np.ptp(position_px[span][:, nearest], axis=0), axis=1)
-            if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
+            moving = min(others) >= max(STILL_MOTION_PX, 4 * own)  # False where a sample is missing
+            if moving and _stops_at_once(position_px[:, nearest], span):
                 still[span, k] = True
     return still
+
+
+def _stops_at_once(position_px: np.ndarray, span: slice) -> bool:
+    """Tell whether the first of three markers (n, 3, 2) that rests over a span stops or goes on abruptly.
+
+    What is not seen tells nothing; so does a rest from the first frame to the last.
+    """
+    steps_px = np.linalg.norm(position_px[STOP_FRAMES:] - position_px[:-STOP_FRAMES], axis=2)  # (n - 2, 3)
+    pace_px = float(np.median(steps_px[span.start : span.stop - STOP_FRAMES, 1:], axis=0).min())
+    ends = [at for at in (span.start - STOP_FRAMES, span.stop - 1) if 0 <= at < len(steps_px)]
+    own_px = steps_px[ends, 0]
+    return not (len(own_px) and (own_px < STOP_SHARE * pace_px).all())
 
 
 def _clamped(position_px: np.ndarray) -> bool:

@@ -170,6 +170,38 @@ def test_a_fish_at_rest_has_no_frozen_boxes() -> None:
     assert checked(still).flags == ()
 
 
+def turning_about_its_neck(hz: float, seed: int) -> np.ndarray:
+    """(n, 3, 2) nose, neck and fin of a fish in sticky water: the head turns about the neck, the tail lashes."""
+    rng = np.random.default_rng(seed)
+    phase = 2 * np.pi * (hz * np.arange(300) / FPS + rng.random())
+    head, lag = rng.uniform(0.2, 0.35) * np.sin(phase), rng.uniform(0.5, 2.0)
+    tail = 0.3 * np.sin(phase - lag) + 0.06 * np.sin(3 * (phase - lag))  # it turns round sharply
+    nose = 135.0 * np.stack([-np.cos(head), np.sin(head)], axis=1)
+    fin = 380.0 * np.stack([np.cos(tail), np.sin(tail)], axis=1)
+    neck = np.stack([-5.0 * phase, 1.5 * np.sin(phase + 1.0)], axis=1)
+    position = np.stack([neck + nose, neck, neck + fin], axis=1)
+    return position + rng.normal(0.0, 0.2, position.shape) + 900.0
+
+
+@pytest.mark.parametrize("hz", [0.8, 1.2, 1.8, 2.4])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_neck_about_which_a_head_turns_is_not_frozen_and_a_lashing_fin_does_not_leap(hz: float, seed: int) -> None:
+    judged = checked(turning_about_its_neck(hz, seed), ("nose", "neck", "caudal_fin"))
+    assert judged.used_fraction >= 0.99, judged.flags
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_neck_that_stays_behind_is_frozen_though_heads_turn_about_it(seed: int) -> None:
+    position = turning_about_its_neck(1.2, seed)
+    position[:, :, 0] -= 2.5 * np.arange(300)[:, None]  # it swims
+    truth = position.copy()
+    position[120:150, 1] = position[119, 1]
+    far = np.linalg.norm(position - truth, axis=2) > 15.0
+    judged = checked(position, ("nose", "neck", "caudal_fin"))
+    assert not judged.weight[far].any()
+    assert judged.weight[~far].mean() > 0.9
+
+
 def held_by_its_head(markers: Sequence[str], seed: int) -> np.ndarray:
     """(n, m, 2) a fish whose head is clamped: the swimming one, turned and moved back frame by frame."""
     position = swimming_fish(1.0, seed=seed)
