@@ -178,7 +178,7 @@ def diagnose(
     weighed, said, refitting = _name_beside_likelier_error(weighed, effects, settings, part_of(tell, 0.78, 0.88))
     doubted = data.doubted
     if doubted and said.verdict.effects:
-        if said.best is not None and data.reference is None:
+        if said.best is not None:
             doubted = _not_followed(weighed.linear, said.best)
         if doubted:
             said = Validated(_UNEXPLAINED, said.probabilities, None)

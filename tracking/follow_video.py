@@ -48,6 +48,9 @@ _MANY_LOST = 2  # markers unlike themselves, or out of order, for which the whol
 _LOST_FOR = (
     10  # frames of that after which it is looked for first; after each attempt in vain it takes half as many more
 )
+_COVERED_FOR, _BACK_FOR = 6, (8, 24)
+"""Where two markers were lost or unlike themselves for so many frames, and all but one are back for one of these
+numbers of frames, the robot is looked for: behind a cover a name may have gone to what looks like a dot."""
 _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
@@ -104,6 +107,7 @@ class _Pass:
         self._unseen = np.zeros(len(markers), int)  # number of frames without any sight of it, up to now
         self._unlike = np.zeros(len(markers), int)  # number of frames in which it was unlike itself, or out of order
         self._patience = _LOST_FOR  # number of such frames until the robot is looked for
+        self._back = np.zeros(2, int)  # markers that were lost at once; for how many frames all but one are back
         self._repeats = Repeats()
         self._end = 0  # one past the last frame taken in
         self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew
@@ -118,7 +122,7 @@ class _Pass:
             return False
         self._tracker = MarkerTracker.restored(kept, self._video.threads)
         self._end, self._unseen, self._unlike = len(kept["samples"]), kept["frames_unseen"], kept["frames_unlike"]
-        self._patience = int(kept["patience"])
+        self._patience, self._back = int(kept["patience"]), kept["frames_back"]
         self._samples[: self._end] = kept["samples"]
         self._grey = Grey.restored(kept["grey"])
         self._last = self._end - 1
@@ -195,11 +199,24 @@ class _Pass:
                 break
         self._end = end
 
-    def _start_anew(self, frame: Frame, find: Find | None) -> bool:
-        """Start anew in a frame where all boxes are found; return whether they are."""
+    def _start_anew(self, frame: Frame, find: Find | None, most_stay: bool = False) -> bool:
+        """Start anew in a frame where all boxes are found; return whether they are.
+
+        Where most markers have to stay, it does so only if more than half of the boxes, but not all, are where the
+        markers were last. A marker whose box is elsewhere was wrong since the doubt began: so far it was not seen.
+        """
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
             return False
+        place_px = self._samples["position_px"]
+        last_px, before_px = place_px[self._last], place_px[max(self._last - 1, 0)]
+        ways_px = boxes.centres_px(self._markers) - np.array([last_px, 2 * last_px - before_px])  # resting or moving on
+        away_px = np.linalg.norm(ways_px, axis=2).min(axis=0)  # nan where a marker was not seen
+        same, elsewhere = away_px < boxes.sides_px(self._markers), away_px >= boxes.sides_px(self._markers)
+        if most_stay and (same.all() or 2 * np.count_nonzero(same) <= len(same)):
+            return False
+        doubted = max(int(self._unlike.max()), int(self._back[1]))
+        self._samples[max(frame.number - doubted, 0) : frame.number, elsewhere] = NO_SAMPLE
         use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
         _, first = self._begun(frame, boxes, use_csrt)
         self._add(frame.number, first)
@@ -214,7 +231,8 @@ class _Pass:
         tried = 0 <= self._anew < ANEW and (ANEW - self._anew) % _TRY_EVERY == 1
         if np.count_nonzero(self._unlike >= self._patience) >= _MANY_LOST:
             tried, self._patience = True, self._patience * 3 // 2  # in vain it would cost more than all the rest
-        if tried and self._start_anew(frame, find):
+        uncovered = self._back[0] >= _MANY_LOST and self._back[1] in _BACK_FOR
+        if (tried or uncovered) and self._start_anew(frame, find, most_stay=not tried):
             self._anew, self._patience = 0, _LOST_FOR
             self._unlike[:] = 0
         else:
@@ -246,6 +264,7 @@ class _Pass:
                             "frames_unseen": self._unseen,
                             "frames_unlike": self._unlike,
                             "patience": np.array(self._patience),
+                            "frames_back": self._back,
                             "grey": self._grey.as_array(),
                         }
                         own |= self._repeats.state()
@@ -271,6 +290,9 @@ class _Pass:
         self._unlike = np.where(itself, np.maximum(self._unlike - 2, 0), self._unlike + 1)
         if self._unlike.max() == 0:
             self._patience = _LOST_FOR
+        lost, back = np.count_nonzero(self._unlike >= _COVERED_FOR), np.count_nonzero(itself) >= len(itself) - 1
+        covered = self._back[0] if self._back[1] <= _BACK_FOR[-1] else 0
+        self._back = np.array([max(covered, lost), self._back[1] + 1]) * (1, back)
         carried = ~sighting.seen & (self._unseen <= PREDICTED_FOR)
         known = (sighting.seen | carried)[:, None]
         row = self._samples[number]

@@ -159,10 +159,35 @@ def test_a_robot_of_which_two_markers_stay_lost_is_looked_for_anew(tmp_path: Pat
         return StartBoxes(frame.number, dict(zip(NAMES, (Box.around(at, 16.0) for at in places), strict=True)))
 
     tracked = clip.tracked(tmp_path, 40, lambda frame: find(frame) if frame.number > 20 else asked.append(frame.number))
-    off = tracked.position.transpose("time", "keypoint", "space").values[25:29, :2] - clip.places(25)[[1, 0]]
+    places = tracked.position.transpose("time", "keypoint", "space").values
+    off = places[25:29, :2] - clip.places(25)[[1, 0]]
 
     assert asked[:2] == [20, 25]  # in vain each time after half as many frames more
     assert np.linalg.norm(off, axis=2).max() < 4.0
+    assert np.isnan(places[12:25, :2]).all()  # names that were elsewhere while in doubt
+    assert np.isfinite(places[12:25, 2]).all()
+
+
+@pytest.mark.parametrize(
+    ("order", "taken"), [((0, 1, 2, 4, 3), True), ((0, 1, 2, 3, 4), False), ((1, 2, 0, 3, 4), False)]
+)
+def test_once_a_cover_is_gone_names_are_set_right_where_most_stay(
+    order: tuple[int, ...], taken: bool, tmp_path: Path
+) -> None:
+    clip = Clip(dots=((235, 235, 235),) * 5, off_px=7.0, hidden=range(10, 18))
+    asked = []
+
+    def find(frame: Frame) -> StartBoxes:
+        asked.append(frame.number)
+        places = clip.places(frame.number)[list(order)]
+        return StartBoxes(frame.number, dict(zip(NAMES, (Box.around(at, 16.0) for at in places), strict=True)))
+
+    tracked = clip.tracked(tmp_path, 40, find)
+    places = tracked.position.transpose("time", "keypoint", "space").values[30:36]
+    true = np.array([clip.places(frame) for frame in range(30, 36)])[:, list(order) if taken else slice(None)]
+
+    assert 20 <= asked[0] <= 28
+    assert np.linalg.norm(places - true, axis=2).max() < 4.0
 
 
 @pytest.mark.parametrize("to", [0.6, *later(1.5)])
