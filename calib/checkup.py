@@ -131,7 +131,10 @@ def _trials(session: Session) -> Iterator[Check]:
         advice.append("Two fit trials at different speeds determine far more than one; three cross-validate effects.")
     if not held:
         advice.append('Give a trial role = "holdout": without one the quality of forecasts is not known.')
-    yield Check("swim trials", "advice" if advice else "ok", found, " ".join(advice))
+    if swims and not fitted:
+        yield Check("swim trials", "fault", found, 'Give the trials to be fitted role = "fit".')
+    else:
+        yield Check("swim trials", "advice" if advice else "ok", found, " ".join(advice))
     unsaid = [trial.name for trial in session.trials if trial.kind in ("swim", "dry") and trial.commanded_hz is None]
     if unsaid:
         step = (

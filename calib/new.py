@@ -150,9 +150,10 @@ def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
                 off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
         step = (
-            "Give the rate at which the camera filmed; trials of different frame rates need a session each. A film in "
-            "slow motion is stamped with another rate than it was filmed at: stamp it anew "
-            "(`ffmpeg -itsscale`, or take the camera's original), or write its tracks with their true times."
+            "Give the rate at which the camera filmed. Of trials of different rates, make a session of those of one; "
+            "then add the others to its session.toml, each with its own fps. A film in slow motion is stamped with "
+            "another rate than it was filmed at: stamp it anew (`ffmpeg -itsscale`), take the camera's original, or "
+            "write its tracks with their true times."
         )
         what = "the time stamps of the files show another frame rate"
         found = f"{rate:g}; by their time stamps " + ", ".join(f"{hz} in {', '.join(n)}" for hz, n in off.items())

@@ -174,7 +174,7 @@ class Pipeline:
         what, found, expected, aside = "there is no fit", "", "", ""
         if self.fits.file.is_file():
             what, expected, aside = "the fit is out of date", "the fit of these recordings", "; it is kept aside"
-            found = "one of other recordings, another program or edited by hand"
+            found = "one of other recordings or of another program, edited by hand, or not whole"
         if (cut := self.fits.incomplete) is not None:
             what, found = "the fit is incomplete", f"{cut.name}, whose end is missing or damaged"
         step = f"Run `calib fit {self.session.in_shell}`{aside}."

@@ -112,7 +112,7 @@ def _record_trial(
     picture: tuple[int, int] | None = None
     proxy: Path | None = None
     if spec.tracks is not None:
-        tracks = load_tracks(spec.tracks, session.markers, session.camera.fps, rename=session.rename)
+        tracks = load_tracks(spec.tracks, session.markers, session.camera_of(spec).fps, rename=session.rename)
         tracked = as_tracked(tracks, check_tracks(tracks, pipeline.job.robot).flags)
     else:
         tracked = pipeline.recordings.videos.tracks(spec)

@@ -4,8 +4,9 @@ One unusable trial never stops the others: it is left out, and a flag says why (
 `followed_trials`, `extrapolation_reason` and `divergence_reason` tell which trials take no part; after it
 `far_from_twin_flags` flags a trial that its own twin does not follow, and `far_reason` says why of any twin.
 
-`odd_markers` flags markers that sit elsewhere in one swim than in the others: a box on a wrong spot, a marker that
-slipped. No description places a marker to better than some centimetres on a robot as built, and what is off in every
+`carried_swims` flags a swim that slips aside as no other does: a camera that moves, or water. `odd_markers` flags
+markers that sit elsewhere in one swim than in the others: a box on a wrong spot, a marker that slipped. No description
+places a marker to better than some centimetres on a robot as built, and what is off in every
 swim is the posterior's to tell (`markers_off` there). One swim against the others shows what is wrong with that swim.
 """
 
@@ -34,6 +35,8 @@ FAR = "far_from_twin"
 MISSED = "speed_missed"
 """The flag of a fit trial whose speed the fitted twin misses."""
 MISSED_BY = 0.05  # least relative speed error of such a trial
+CARRIED = "carried"
+"""The flag of a swim that slips aside as no other does."""
 _BEYOND = 3.0  # largest ratio to the fastest or slowest fitted beat
 STILL_M_S = 0.005  # a robot that is slower does not swim
 _OTHER_WAY_M_S = 0.005  # least speed difference of a twin that swims the other way
@@ -44,6 +47,15 @@ _OFF_M = 0.1  # mean marker error from which it is another swim: a sixth of the 
 # A trial is also far if its marker error exceeds the median of the others by this factor and this distance.
 _WORSE = 4.0
 _WORSE_M = 0.03
+
+# Carried swims
+_SLIPS_M_S = 0.03
+"""Least sideways speed of a carried swim, beside the median of the others …"""
+_SLIPS_BEYOND = 3.0
+"""… and beyond so many times their scatter: the public trials slip by 20 mm/s to either side."""
+_SLIPS_RAD = 0.15
+"""Least angle between course and heading by which such a swim differs."""
+_NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 # Odd markers
 LEAST_M = 0.022
@@ -162,6 +174,39 @@ def _speeds(measured_m_s: float, twin_m_s: float) -> str:
     mm_s = round(1000 * measured_m_s)  # a whole number has no -0
     still = "" if abs(measured_m_s) > STILL_M_S else "; if its head is clamped in air, it is a dry run"
     return f"it swims at {mm_s} mm/s, its twin at {round(1000 * twin_m_s)}{still}"
+
+
+def carried_swims(trials: Sequence[MeasuredTrial]) -> dict[str, Flag]:
+    """Flag each swim, by its name, that slips aside as none of the others does.
+
+    What carries it aside carries it along, too: its speed is no measure of how it swims. A slip that all share is the
+    robot's own.
+
+    Args:
+        trials: the swims.
+    """
+    known = [trial for trial in trials if np.isfinite(trial.speed) and trial.kept.any()]
+    if len(known) < _FEWEST:
+        return {}
+    slips = np.array([_sideways_speed(trial) for trial in known])  # m/s
+    found = {}
+    for place, trial in enumerate(known):
+        others = np.delete(slips, place)
+        usual = float(np.median(others))
+        scatter = _NORMAL * float(np.median(np.abs(others - usual)))
+        off = abs(slips[place] - usual)
+        if off > _SLIPS_M_S + _SLIPS_BEYOND * scatter and off > _SLIPS_RAD * abs(trial.speed):
+            message = (
+                f"it slips aside by {1000 * off:.0f} mm/s unlike the other swims: did the camera move, or water carry "
+                "it? Then its speed is off by as much. The trial counts as it is"
+            )
+            found[trial.name] = Flag(CARRIED, message=message)
+    return found
+
+
+def _sideways_speed(trial: MeasuredTrial) -> float:
+    """Return how fast a swim slips to its right over the kept frames, m/s."""
+    return float(np.polyfit(trial.time_s[trial.kept], trial.head.path_m[trial.kept, 1], 1)[0])
 
 
 # Markers.

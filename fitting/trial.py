@@ -304,7 +304,7 @@ def in_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         return of_crank(found, trial.turn, trial.motor, time_s[frames])
 
     known = _find_known(role, trial.commanded_hz, time_s, trial.head_seen, beat)
-    start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
+    start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial)
     kept = _find_kept(role, trial, known)
     found = replace(
         trial,
@@ -442,14 +442,16 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
     return trial.seen_as(weight=weight)
 
 
-def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
+def _beat_of_part(beat: Beat, known: np.ndarray, trial: MeasuredTrial) -> SwimFrequency:
     """Return the frequency of the known part of a held-out trial, found without a look at what is scored."""
     try:
         return beat(known)
     except NotEnoughData as problem:
+        lost = _lost_frames(trial)
+        why = lost.removeprefix(". ") if lost else f"{problem}. Record longer"
         raise NotEnoughData(
-            f"trial {name}: the part of a held-out trial that may be looked at (two beats, at most half) is too short: "
-            f"{problem}. Record longer"
+            f"trial {trial.name}: the part of a held-out trial that may be looked at (two beats, at most half) is too "
+            f"short: {why}"
         ) from problem
 
 

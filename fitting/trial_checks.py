@@ -66,7 +66,7 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     spacing_s, scale = usual_spacing_s(time_s), camera.scale_length_m / robot.scale_length_m
     if rate_is_off(camera.fps, *spacing_s):
         raise NotEnoughData(
-            f"its time stamps give {1 / spacing_s[0]:.3g} frames a second, [camera] fps is {camera.fps:g}; "
+            f"its time stamps give {1 / spacing_s[0]:.3g} frames a second, the session says {camera.fps:g}; "
             "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
         )
     if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
@@ -187,7 +187,8 @@ def motion_flags(
     flags = []
     if speed < -_BACKWARD_M_S:
         message = (
-            f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
+            f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, are nose and neck exchanged, or "
+            "does the film run backward?"
         )
         flags.append(Flag(TAIL_FIRST, message=message))
     turned, _ = _drift(time_s, head.heading_rad, kept, hz)

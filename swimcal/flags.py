@@ -75,6 +75,7 @@ FLAG_KINDS: dict[str, str] = {
     "rests": "the tail does not beat for a part of the trial",
     "leaves_picture": "nose and neck are not seen any more before the trial ends",
     "unread_marker": "a marker is seen too little to take part",
+    "carried": "the robot slips aside as in no other swim",
     "tail_first": "the robot swims tail first",
     "turns": "the course bends so much that the net displacement is shorter than the path",
     "left_out": "a trial takes no part",

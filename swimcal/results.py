@@ -221,6 +221,10 @@ def writing_whole(path: Path) -> Iterator[Path]:
             os.fsync(stream.fileno())
         part.replace(path)
     except OSError as error:
+        if blocking := next((folder for folder in path.parents if folder.is_file()), None):
+            raise ResultsNotWritable(
+                f"{blocking}: cannot be written into; found: a file; expected: a folder. Remove it, or move it away."
+            ) from error
         raise ResultsNotWritable(
             f"{path}: cannot be written; found: {error.strerror or error}; "
             f"expected: a writable folder with space left. Make {path.parent} writable, or work on a copy "

@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,6 +70,7 @@ class TrialSpec:
         boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
         motor_offset_s: motor clock minus video clock, seconds.
+        fps: frames a second of this recording, where they are not the camera's.
         commanded_hz: crank turns a second; None for a free decay, and where it is not stated yet.
         role: ``"fit"`` or ``"holdout"``.
     """
@@ -81,6 +82,7 @@ class TrialSpec:
     boxes: Path | None = None
     motor: Path | None = None
     motor_offset_s: float = 0.0
+    fps: float | None = None
     commanded_hz: float | None = None
     role: TrialRole = "fit"
 
@@ -183,6 +185,10 @@ class Session:
             raise InputError([Fault(file, "", "no such trial", found, expected, choices, hint)])
         return self.trials[names.index(name)]
 
+    def camera_of(self, trial: TrialSpec) -> CameraSpec:
+        """Return the camera at the frame rate of a trial."""
+        return self.camera if trial.fps is None else replace(self.camera, fps=trial.fps)
+
     def inputs(self) -> tuple[Path, ...]:
         """List every input file once, `session.toml` first."""
         files = [self.folder / SESSION_FILE, self.robot_file, self.camera.file]
@@ -281,6 +287,7 @@ def _check_recordings(
     Tracks wait where it names markers that differ from the robot's: every file would be told to have wrong columns.
     """
     markers, stamps = markers_in(source), {}
+    rates = {trial.name: trial.fps or content.camera.fps for trial in content.trial} if content else {}
     known = len(set(markers)) == len(markers) > 0 and (robot is None or set(markers) <= set(robot.markers))
     exchanged: dict[str, bool] = {}  # whether nose and neck are exchanged, by trial
     if robot is None or not set(HEAD_MARKERS) <= set(markers) <= set(robot.markers):
@@ -295,15 +302,14 @@ def _check_recordings(
         path = _find_file(folder, trial.get("tracks"))
         if path and known:
             with faults.nested():
-                fps, rename = (content.camera.fps, content.markers.rename) if content else (1.0, NO_NAMES)
-                tracks = load_tracks(path, markers, fps, rename=rename)
+                name, rename = str(trial.get("name")), content.markers.rename if content else NO_NAMES
+                tracks = load_tracks(path, markers, rates.get(name, 1.0), rename=rename)
                 if robot is not None:
-                    name = str(trial.get("name"))
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
-                    stamps[str(trial.get("name"))] = usual_spacing_s(tracks.time.values)
+                    stamps[name] = usual_spacing_s(tracks.time.values)
     if content:
-        check_rates(source, content.camera.fps, stamps, faults)
+        check_rates(source, rates, stamps, faults)
     check_heads(source, exchanged, faults)
 
 

@@ -165,6 +165,7 @@ class TrialTable(TomlTable):
     boxes: FileName | None = None
     motor: FileName | None = None
     motor_offset_s: float = 0.0
+    fps: Positive | None = None
     commanded_hz: Annotated[Positive, AfterValidator(_turns_a_second)] | None = None
     role: TrialRole = "fit"
 
@@ -247,29 +248,37 @@ def check_scale(source: TomlSource, robot: RobotSpec | None, faults: FaultCollec
 
 
 def check_rates(
-    source: TomlSource, fps: float, stamps: Mapping[str, tuple[float, float]], faults: FaultCollector
+    source: TomlSource,
+    fps: Mapping[str, float],
+    stamps: Mapping[str, tuple[float, float]],
+    faults: FaultCollector,
 ) -> None:
-    """Check that the time stamps of tracks are in seconds, and within 5 % of the camera's frame rate.
+    """Check that the time stamps of tracks are in seconds, and within 5 % of their frame rate.
 
     Args:
         source: the file as read.
-        fps: frames a second of the camera, as the session states it.
+        fps: frames a second, as the session states it, by trial.
         stamps: median and mean spacing of the time stamps, s, by trial. Errors of a coarse clock show in the mean,
             missing frames in the median.
         faults: receives what is wrong.
     """
     off: dict[str, list[str]] = {}
     for name, (median_s, mean_s) in stamps.items():
-        if rate_is_off(fps, median_s, mean_s):
+        if rate_is_off(fps[name], median_s, mean_s):
             off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
+        stated = ", ".join(dict.fromkeys(f"{fps[name]:g}" for names in off.values() for name in names))
+        step = "Which of them is right? Correct the other: frequencies and speeds go by it."
+        if sum(map(len, off.values())) < len(stamps):
+            rate, names = next(iter(off.items()))
+            step += f" If both are, write fps = {rate} into the [[trial]] of {', '.join(names)}."
         rates = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
             "the time stamps of tracks show another frame rate",
-            found=f"{fps:g}; by their time_s {rates}",
+            found=f"{stated}; by their time_s {rates}",
             expected="1 / the spacing of time_s, within 5 %",
-            next_step="Which of them is right? Correct the other: frequencies and speeds go by it.",
+            next_step=step,
         )
 
 

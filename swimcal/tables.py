@@ -71,7 +71,8 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         found = f"byte {error.object[error.start]:#04x} at {error.start}"
         text = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or CONTROLS.isdisjoint(data[:4096])
-        step = "Save it again as CSV in UTF-8." if text else ""
+        form = "" if path.suffix == ".toml" else "as CSV "
+        step = f"Save it again {form}in UTF-8." if text else ""
         fault = Fault(str(path), "", "not a text file", found, "text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         expected, step = "a whole gzip file", "Copy or pack it again."

@@ -141,21 +141,14 @@ def check_count(frames: int, faults: FaultCollector, minimum: int = 2) -> None:
         faults.add("", "too short", found=f"{frames} frames", expected=f"at least {minimum}")
 
 
-def check_seen(present: np.ndarray, markers: Sequence[str], faults: FaultCollector) -> None:
-    """Add a fault for each marker without a sample in `present` (n, m); one for all where there is no sample at all.
+def check_seen(present: np.ndarray, faults: FaultCollector) -> None:
+    """Add a fault where no marker has a sample in `present` (n, m).
 
-    Args:
-        present: (n, m) whether each sample is there.
-        markers: names of the m markers.
-        faults: receives what is wrong.
+    A single marker that is never seen takes no part in its trial.
     """
     if len(present) and not present.any():
         what, step = "no marker is seen in any frame", "Track the trial again, or take it out of session.toml."
-        faults.add("", what, expected="at least one sample of each marker", next_step=step)
-        return
-    for marker in np.array(markers, dtype=object)[~present.any(axis=0)] if len(present) else ():
-        what, step = f"marker {marker!r} is missing in every frame", "Remove it from [markers] names, or track it."
-        faults.add("", what, expected="at least one sample", next_step=step)
+        faults.add("", what, expected="samples of nose, neck and tail", next_step=step)
 
 
 def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
@@ -287,7 +280,7 @@ def _assemble(
 def _check_samples(
     table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: xr.Dataset, faults: FaultCollector
 ) -> None:
-    check_seen(~np.isnan(pixels_of(tracks)[..., 0]), markers_of(tracks), faults)
+    check_seen(~np.isnan(pixels_of(tracks)[..., 0]), faults)
     position_px, names = pixels_of(tracks), markers_of(tracks)
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample"
 

@@ -285,7 +285,7 @@ class ForeignTracks:
             InputError: every fault at once.
         """
         check_count(len(time_s), faults)
-        check_seen(~np.isnan(place).any(axis=2), markers, faults)
+        check_seen(~np.isnan(place).any(axis=2), faults)
         late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
         outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
         far = np.argwhere(np.abs(np.nan_to_num(place)).max(axis=2) > FARTHEST_PX).tolist()

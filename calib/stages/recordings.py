@@ -1,7 +1,7 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
@@ -15,12 +15,13 @@ from calib.options import Job
 from calib.stages.videos import Videos, of_each, spoiled, without_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
-from fitting.left_out import odd_markers
+from fitting.left_out import carried_swims, odd_markers
 from fitting.measure_trial import measure_trial
 from fitting.motor_clock import MotorRecord, read_motor
 from fitting.picture_scale import with_common_scale
 from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial
+from fitting.trial_checks import TAIL_FIRST
 from swimcal.errors import FaultCollector, InputError, NotEnoughData
 from swimcal.results import sha256_of
 from swimcal.robot_doubts import robot_doubts
@@ -223,7 +224,7 @@ class Recordings:
         """All usable trials that can be measured, in the order of the session.
 
         Raises:
-            NotEnoughData: no swim that is to be fitted can be measured, or nothing at all.
+            NotEnoughData: no swim that is to be fitted can be measured, or nothing at all; several, all tail first.
         """
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
@@ -246,12 +247,16 @@ class Recordings:
             tracks = mask_untrusted(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         swims = [trial for trial in measured if isinstance(trial, MeasuredTrial)]
+        _check_direction(swims)
         scaled = {trial.name: trial for trial in with_common_scale(swims, self._session.camera.scale_length_m)}
         measured = [scaled.get(trial.name, trial) for trial in measured]
-        odd = odd_markers(list(scaled.values()), self._robot)
-        return [
-            replace(trial, flags=(*trial.flags, odd[trial.name])) if trial.name in odd else trial for trial in measured
-        ]
+        everyone = list(scaled.values())
+        for found in (odd_markers(everyone, self._robot), carried_swims(everyone)):
+            measured = [
+                replace(trial, flags=(*trial.flags, found[trial.name])) if trial.name in found else trial
+                for trial in measured
+            ]
+        return measured
 
     @cached_property
     def _repeated(self) -> dict[str, str]:
@@ -278,13 +283,14 @@ class Recordings:
         if spec.tracks is None:
             return _or_left_out(self.videos.tracks, spec)
         session = self._session
-        tracked = as_tracked(load_tracks(spec.tracks, session.markers, session.camera.fps, rename=session.rename))
+        fps = session.camera_of(spec).fps
+        tracked = as_tracked(load_tracks(spec.tracks, session.markers, fps, rename=session.rename))
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """Measure one trial by its kind; tracks that are not our own are saved as they are used."""
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
-        camera, robot = self._session.camera, self._robot
+        camera, robot = self._session.camera_of(spec), self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT_PX).weight)
@@ -302,13 +308,13 @@ class Recordings:
     def _measure_swim(self, spec: TrialSpec, recorded: xr.Dataset) -> MeasuredTrial:
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
         motor = self._motor(spec, tracks)
-        swim = measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s, motor)
+        swim = measure_trial(spec, tracks, self._session.camera_of(spec), self._robot, self._session.warmup_s, motor)
         return self._flagged(swim, recorded, swim.metres_per_px)
 
     def _motor(self, spec: TrialSpec, tracks: xr.Dataset) -> MotorRecord | None:
         """Read the motor log of a trial, once: a dry run is measured twice, for the structure and as a swim."""
         if spec.name not in self._motors:
-            self._motors[spec.name] = read_motor(spec, tracks, self._session.camera, self._robot)
+            self._motors[spec.name] = read_motor(spec, tracks, self._session.camera_of(spec), self._robot)
         return self._motors[spec.name]
 
     def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:
@@ -334,6 +340,21 @@ class Recordings:
         confidence = np.where(weight() > 0, tracks.confidence.values, 0.0)
         save_tracks(stage.file, tracks.assign(confidence=(("time", "keypoint"), confidence)))
         stage.mark()
+
+
+def _check_direction(swims: Sequence[MeasuredTrial]) -> None:
+    """Check that not all of several swims go tail first.
+
+    Raises:
+        NotEnoughData: they do: what follows would be fitted to a robot that swims backward.
+    """
+    backward = [swim for swim in swims if any(flag.kind == TAIL_FIRST for flag in swim.flags)]
+    if len(backward) > 1 and len(backward) == len(swims):
+        speeds = ", ".join(f"{swim.name} ({-1000 * swim.speed:.0f} mm/s)" for swim in backward)
+        raise NotEnoughData(
+            f"every swim goes tail first: {speeds}. Are the names of the markers in the reverse order, from tail to "
+            "nose, or nose and neck exchanged? Set [markers] names right, or the headers of the tracks."
+        )
 
 
 def _file_of(spec: TrialSpec) -> Path:

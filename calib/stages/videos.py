@@ -275,7 +275,7 @@ class Videos:
         video = self._video(spec)
         if video not in self._without_times:
             self._without_times[video] = is_without_times(video)
-        clock = {"fps": self._job.session.camera.fps} if self._without_times[video] else {}
+        clock = {"fps": self._job.session.camera_of(spec).fps} if self._without_times[video] else {}
         return Stage(self.folder / file, {"video": self.sha256(video)}, {**settings, **clock})
 
     def sha256(self, path: Path) -> str:
@@ -291,7 +291,7 @@ class Videos:
             InputError: its time stamps show another frame rate than the session states.
             NotEnoughData: it cannot be read.
         """
-        fps = self._job.session.camera.fps
+        fps = self._job.session.camera_of(spec).fps
         try:
             video = Video(self._video(spec), self._job.options.workers, fps)
         except InputError as problem:
@@ -311,8 +311,8 @@ def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
     """Make the error for a video whose stamps show another frame rate than the session."""
     what, found = "a video has another frame rate", f"{fps:g}; by the time stamps of {info.file.name} {info.fps:.4g}"
     step = (
-        "Which of them is right? Correct fps, or stamp the film anew: slow motion is stamped with another rate than it "
-        "was filmed at, and frequencies and speeds go by the stamps."
+        "Which of them is right? Correct fps (in its [[trial]], if other trials have another), or stamp the film anew: "
+        "slow motion is stamped with another rate than it was filmed at, and frequencies and speeds go by the stamps."
     )
     return InputError([Fault(str(file), "camera.fps", what, found, "the same within 5 %", next_step=step)])
 

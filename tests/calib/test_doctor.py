@@ -47,6 +47,14 @@ def test_a_swim_without_its_command_is_a_fault_before_a_fit_is(calib: Front, fre
     assert "FAULT  commands: no commanded_hz: " in outcome.out
 
 
+def test_a_session_with_nothing_to_fit_is_a_fault(calib: Front, fresh: Path) -> None:
+    file = fresh / "session.toml"
+    file.write_text(file.read_text().replace('role = "fit"', 'role = "holdout"'))
+    outcome = calib("doctor", fresh)
+    assert outcome.code == 2
+    assert 'Give the trials to be fitted role = "fit".' in outcome.out
+
+
 def test_a_broken_session_is_a_fault_with_all_that_is_wrong(calib: Front, fresh: Path) -> None:
     (fresh / "session.toml").write_text("nonsense")
     outcome = calib("doctor", fresh)

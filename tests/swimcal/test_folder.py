@@ -148,6 +148,20 @@ def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s
     )
 
 
+def test_a_trial_may_state_a_frame_rate_of_its_own(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool")
+    stamped(folder, np.full(89, 1 / 30))
+    shutil.copyfile(folder / "slow.csv", folder / "slow_30.csv")
+    stamped(folder, np.full(89, 1 / 60))
+    shutil.copyfile(folder / "slow.csv", folder / "fast.csv")
+    shutil.copyfile(folder / "slow_30.csv", folder / "slow.csv")
+    assert "If both are, write fps = 30 into the [[trial]] of slow." in faults_of(folder)
+    toml = (folder / "session.toml").read_text()
+    (folder / "session.toml").write_text(toml.replace('name = "slow"', 'name = "slow"\nfps = 30.0'))
+    session = load_session(folder)
+    assert [session.camera_of(trial).fps for trial in session.trials] == [30.0, 60.0]
+
+
 def test_columns_of_other_names_are_renamed_in_the_file_of_the_session(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
     stamped(folder, np.full(89, 1 / 60))

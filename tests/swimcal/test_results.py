@@ -39,6 +39,12 @@ def test_a_file_is_written_and_replaced_and_folders_are_made(tmp_path: Path) -> 
     assert names_in(path.parent) == ["a.csv"]
 
 
+def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "results").write_text("x")
+    with pytest.raises(ResultsNotWritable, match=r"results: cannot be written into; found: a file; expected: a folder"):
+        write_whole(tmp_path / "results" / "tracks" / "a.csv", "one")
+
+
 @pytest.mark.parametrize("failure", [RuntimeError("lost"), KeyboardInterrupt()])
 def test_a_failure_midway_leaves_the_old_file_and_nothing_else(tmp_path: Path, failure: BaseException) -> None:
     path = tmp_path / "a.json"
