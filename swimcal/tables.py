@@ -98,7 +98,9 @@ def read_table(path: Path) -> RawTable:
     if not rows:
         faults.add("", EMPTY, expected="comma-separated rows of numbers", next_step=FILL)
     elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
-        faults.add("line 1", "one column only", found=shown(lines[0]), expected="columns separated by commas")
+        step = "`calib convert` reads tracks with other separators, and writes these."
+        expected = "columns separated by commas"
+        faults.add("line 1", "one column only", found=shown(lines[0]), expected=expected, next_step=step)
     faults.raise_if_any()
     return as_table(file, rows, text.endswith(("\n", "\r")))
 

@@ -240,7 +240,8 @@ def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str
     known = [*needed, *(f"{marker}_confidence" for marker in markers)]
     anything, step = f"{TIME}, or _x, _y or _confidence of a marker of the session", "Add its marker to [markers] names"
     strange = [name for name in dict.fromkeys(columns) if name not in known]
-    hints = [did_you_mean(name, known) or f"{step}, or remove the column." for name in strange]
+    unnamed = "Row numbers? Remove the column; `calib convert` does."
+    hints = [did_you_mean(n, known) or f"{step}, or remove the column." if n else unnamed for n in strange]
     unknown = [fault("unknown column", shown(n), anything, hint) for n, hint in zip(strange, hints, strict=True)]
     all_of_it, absent = f"{TIME}, and _x and _y of every marker", [name for name in needed if name not in columns]
     missing = [fault(f"column {name!r} is missing", "", all_of_it) for name in absent]
