@@ -117,7 +117,7 @@ def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Fro
 
 def test_a_frame_rate_that_the_session_would_refuse_is_refused_at_once(calib: Front, own: Path, tmp_path: Path) -> None:
     given = ("new", tmp_path / "pool", "--tracks", own / "swim f0_60.csv", "--fps", "50")
-    assert_reports(calib(*given), "--fps", "found 50; by their time stamps 60 in swim_f0_60", "a session each")
+    assert_reports(calib(*given), "--fps", "found 50; by their time stamps 60 in swim_f0_60", "with its own fps")
     assert not (tmp_path / "pool").exists()
 
 
