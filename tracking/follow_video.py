@@ -48,9 +48,11 @@ _MANY_LOST = 2  # markers unlike themselves, or out of order, for which the whol
 _LOST_FOR = (
     10  # frames of that after which it is looked for first; after each attempt in vain it takes half as many more
 )
-_COVERED_FOR, _BACK_FOR = 6, (8, 24)
-"""Where two markers were lost or unlike themselves for so many frames, and all but one are back for one of these
-numbers of frames, the robot is looked for: behind a cover a name may have gone to what looks like a dot."""
+_COVERED_FOR = 6
+"""Where two markers were lost or unlike themselves for so many frames …"""
+_BACK_FOR = (8, 24)
+"""… and all but one are back for one of these numbers of frames, the robot is looked for: behind a cover a name may
+have gone to what looks like a dot."""
 _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12

@@ -22,8 +22,10 @@ from tracking.harmed_frames import stretches
 # `follow`: each sample against shape and motion.
 FADE = 0.97
 """Keep this share, frame by frame, of a left-out marker's last known distance from where the others put it."""
-RAYLEIGH_MEDIAN, RAYLEIGH_90 = np.sqrt(-2 * np.log((0.5, 0.1)))
-"""Quantiles of the length of a vector whose two coordinates are normal with standard deviation 1."""
+RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
+"""Median length of a vector whose two coordinates are normal with standard deviation 1."""
+RAYLEIGH_90 = np.sqrt(2 * np.log(10))
+"""Length that nine of ten such vectors do not exceed."""
 TURNS = 2.0
 """A tail that turns round sharply is that much further from its steady motion, at most, than in half of the frames."""
 AT_MOST_AHEAD = 2.5

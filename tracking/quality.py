@@ -51,9 +51,11 @@ STILL_PX = 1.0
 """… moving by no more than this over so many frames, in each coordinate …"""
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
-STOP_FRAMES, STOP_SHARE = 2, 0.5
-"""A frozen box stops or goes on at once: within so many frames before or after its rest it moves by this share of what
-its neighbours move meanwhile. The point about which a head turns comes to rest, and leaves it, gently."""
+STOP_FRAMES = 2
+"""A frozen box stops or goes on at once: within so many frames before or after its rest …"""
+STOP_SHARE = 0.5
+"""… it moves by this share of what its neighbours move meanwhile. The point about which a head turns comes to rest, and
+leaves it, gently."""
 CLAMPED_SPREAD = 0.1
 """A marker that rests through the trial is clamped, not frozen, if its distances vary by no more than this share."""
 
