@@ -210,6 +210,7 @@ class _Pass:
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
             return False
+        self._back[0] = 0
         place_px = self._samples["position_px"]
         last_px, before_px = place_px[self._last], place_px[max(self._last - 1, 0)]
         ways_px = boxes.centres_px(self._markers) - np.array([last_px, 2 * last_px - before_px])  # resting or moving on
