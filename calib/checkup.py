@@ -14,7 +14,9 @@ from packaging.requirements import Requirement
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.stages.recordings import Recordings
+from calib.stages.recordings import AnyTrial, Recordings
+from fitting.dry_run import DryTrial
+from fitting.free_decay import DecayTrial
 from fitting.left_out import STILL_M_S
 from fitting.phase import speed_from_rest
 from swimcal.errors import SwimcalError
@@ -66,7 +68,7 @@ def check_session(folder: Path) -> Iterator[Check]:
         yield Check("robot", "advice", " ".join(doubts), "Look at it: `calib robot FILE`.")
     yield from _trials(session)
     yield _disk(session)
-    yield from _swims(pipeline.recordings)
+    yield from _recorded(pipeline.recordings)
     try:
         yield Check("results", "ok", pipeline.standing)
     except SwimcalError as problem:
@@ -153,23 +155,35 @@ def _trials(session: Session) -> Iterator[Check]:
         yield Check("lens", "advice", "not calibrated", "See `calib camera` and docs/tracking.md.")
 
 
-def _swims(recordings: Recordings) -> Iterator[Check]:
-    """Check what can be measured of each swim that is given by tracks; advice that many share comes once."""
+_IN_WORDS = {"swim": "swim", "dry": "dry run", "free_decay": "free decay"}
+
+
+def _recorded(recordings: Recordings) -> Iterator[Check]:
+    """Check what can be measured of each trial that is given by tracks; advice that many share comes once."""
     shared: dict[str, list[str]] = {}
-    for name, swim in recordings.look_at_swims():
-        if isinstance(swim, str):
-            step = "A fit goes on without it, if it has others. Is it a swim, as session.toml says?"
-            yield Check(f"swim {name}", "fault", swim, step)
+    for spec, trial in recordings.look_at_trials():
+        kind = _IN_WORDS[spec.kind]
+        if isinstance(trial, str):
+            step = f"A fit goes on without it, if it has others. Is it a {kind}, as session.toml says?"
+            yield Check(f"{kind} {spec.name}", "fault", trial, step)
             continue
-        beat, speed = f"{swim.frequency.hz:.3g} Hz", f"{round(1000 * swim.speed)} mm/s by its own scale"
-        found = f"{beat}, {speed}, {100 * swim.used_fraction:.0f} % of samples used"
-        still = abs(swim.speed) < STILL_M_S
-        step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
-        yield Check(f"swim {name}", "advice" if still else "ok", found, step)
-        for message in dict.fromkeys(flag.message for flag in swim.flags if not flag.markers and flag.frames is None):
-            shared.setdefault(message, []).append(name)
+        yield Check(f"{kind} {spec.name}", *_describe(trial))
+        for message in dict.fromkeys(flag.message for flag in trial.flags if not flag.markers and flag.frames is None):
+            shared.setdefault(message, []).append(spec.name)
     for message, names in shared.items():
         yield Check(f"flag of {', '.join(names)}", "advice", message, "See docs/reference/flags.md.")
+
+
+def _describe(trial: AnyTrial) -> tuple[str, str, str]:
+    """Return the state of a measured trial, what was found and what to do."""
+    if isinstance(trial, DecayTrial):
+        return "ok", f"{np.ptp(trial.time_s):.1f} s from the release on", ""
+    if isinstance(trial, DryTrial):
+        return "ok", f"{trial.frequency.hz:.3g} Hz in {np.ptp(trial.time_s):.1f} s", ""
+    beat, speed = f"{trial.frequency.hz:.3g} Hz", f"{round(1000 * trial.speed)} mm/s by its own scale"
+    still = abs(trial.speed) < STILL_M_S
+    step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
+    return "advice" if still else "ok", f"{beat}, {speed}, {100 * trial.used_fraction:.0f} % of samples used", step
 
 
 def _disk(session: Session) -> Check:

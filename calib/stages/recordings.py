@@ -31,7 +31,7 @@ from swimcal.tracks import load_tracks, save_tracks
 from tracking.boxes import ImpossibleBoxes
 from tracking.camera import lens_flags
 from tracking.exchanges import exchanged_apart
-from tracking.quality import check_tracks
+from tracking.quality import FLOOR_PX, check_tracks
 from tracking.tracked import as_tracked, drop_repeat_flags, mask_untrusted
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
@@ -100,18 +100,18 @@ class Recordings:
         assert isinstance(measured, MeasuredTrial)
         return measured
 
-    def look_at_swims(self) -> Iterator[tuple[str, MeasuredTrial | str]]:
-        """Measure each swim that is given by tracks, by itself, and write nothing; why not where that is impossible."""
-        for spec in (spec for spec in self._usable if spec.kind == "swim"):
+    def look_at_trials(self) -> Iterator[tuple[TrialSpec, AnyTrial | str]]:
+        """Measure each trial given by tracks, by itself, and write nothing; why not where that is impossible."""
+        for spec in self._usable:
             if spec.name in self._repeated:
-                yield spec.name, self._repeated[spec.name]
+                yield spec, self._repeated[spec.name]
             elif spec.tracks is not None:
                 try:
-                    yield spec.name, self._measure_swim(spec, self._recorded(spec))
+                    yield spec, self._measure_alone(spec, self._recorded(spec))
                 except NotEnoughData as problem:
-                    yield spec.name, without_trial(spec.name, problem)
+                    yield spec, without_trial(spec.name, problem)
                 except InputError as problem:
-                    yield spec.name, str(problem)
+                    yield spec, str(problem)
 
     @property
     def swims_left_out(self) -> dict[str, str]:
@@ -288,22 +288,29 @@ class Recordings:
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
-        """Measure one trial by its kind; tracks that are not our own are saved as they are used."""
+        """Measure one trial; tracks that are not our own are saved as they are used."""
+        trial = self._measure_alone(spec, recorded)
+        tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
+        floor_px = FAR_OUT_PX if spec.kind == "free_decay" else FLOOR_PX
+        if isinstance(trial, MeasuredTrial):
+            self._save(spec, tracks, lambda: trial.weight_of(len(tracks.time.values)))
+        else:
+            self._save(spec, tracks, lambda: check_tracks(tracks, self._robot, floor_px).weight)
+        return trial
+
+    def _measure_alone(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
+        """Measure one trial by its kind."""
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
         camera, robot = self._session.camera_of(spec), self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
-            self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT_PX).weight)
             decay = replace(decay, first_frame=decay.first_frame + recorded.first_frame)
             return self._flagged(decay, recorded, decay.metres_per_px)
         if spec.kind == "dry":
             motor = self._motor(spec, tracks)
             run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s, motor)
-            self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
             return self._flagged(run, recorded)
-        swim = self._measure_swim(spec, recorded)
-        self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time.values)))
-        return swim
+        return self._measure_swim(spec, recorded)
 
     def _measure_swim(self, spec: TrialSpec, recorded: xr.Dataset) -> MeasuredTrial:
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))

@@ -39,6 +39,15 @@ def test_each_swim_is_measured_and_nothing_is_written(fresh: Path) -> None:
     assert not (fresh / "results").exists()
 
 
+def test_a_swim_that_is_called_a_dry_run_is_told(fresh: Path) -> None:
+    head, first, *rest = (fresh / "session.toml").read_text().split('kind = "swim"')
+    (fresh / "session.toml").write_text(head + 'kind = "dry"' + 'kind = "swim"'.join([first, *rest]))
+    found = front.doctor(fresh)
+    (name,) = (check.removeprefix("dry run ") for check in found.index if check.startswith("dry run "))
+    assert found.loc[f"dry run {name}"].state == "ok"
+    assert found.loc[f"flag of {name}"].found.str.contains("is this a swim?", regex=False).any()
+
+
 def test_a_swim_without_its_command_is_a_fault_before_a_fit_is(calib: Front, fresh: Path) -> None:
     file = fresh / "session.toml"
     file.write_text("".join(line for line in file.read_text().splitlines(True) if not line.startswith("commanded_hz")))
