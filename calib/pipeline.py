@@ -268,6 +268,9 @@ class Pipeline:
     def effect_test(self, names: Sequence[str]) -> EffectTestResult:
         """Test effects that a user names; the outcome is also in `results/supposed.json`."""
         check_names("--test", names, catalogue())
+        if not names:
+            expected, choices = "at least one effect of the catalogue", tuple(catalogue())
+            raise InputError([Fault("effects", "", "no effect is named", expected=expected, choices=choices)])
         self.recordings.tracks()
         fit = self._fit_to_build_on()
         return self._diagnosis_of(fit, self._effort_of_diagnosis(fit)).test(names)

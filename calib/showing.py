@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from calib.given import AnySession, find_effects, folder_of, is_robot, list_folders, working_on
 from calib.options import Options
+from swimcal.errors import Fault, InputError
 from swimcal.results import write_whole
 from swimcal.session import Session
 
@@ -187,6 +188,8 @@ def compare(
 
     several = [items] if isinstance(items, Session | str | Path) else items
     results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in several]
+    if not results:
+        raise InputError([Fault("compare", "", "nothing to compare", expected="sessions, or results of one kind")])
     sessions = [result.session for result in results]
     names = [each.name for each in sessions]
     if len(set(names)) < len(names):

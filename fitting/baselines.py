@@ -23,6 +23,7 @@ from tracking.head_frame import select_head
 # The law of the speed
 LEVEL = 0.9  # level of the interval of a slope
 _FEWEST = 3  # trials that tell a slope with its interval
+_ONE_BEAT = 0.02  # largest relative difference of frequencies that count as one
 
 # The sweep
 BEATS = 14.0  # length of a swim in beats
@@ -81,7 +82,7 @@ def speed_law(trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[flo
     forward = np.array([trial.speed > 0 for trial in trials], bool)
     swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
     hz = np.array([trial.frequency.hz for trial in swims])
-    if len(swims) < 2 or np.ptp(hz) == 0:
+    if len(swims) < 2 or not _tell_a_slope(hz.tolist()):
         return None
     speed, ln_hz = np.array([trial.speed for trial in swims]), np.log(hz)
     found = {name: np.array(each, float)[forward] for name, each in models.items()}
@@ -186,7 +187,7 @@ def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:
 def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
     """Return the speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
 
-    If all trials have one frequency the line goes through the origin, so that the stride is constant. A held-out trial
+    If all trials have about one frequency the line goes through the origin: the stride is constant. A held-out trial
     is forecast at the frequency of its first two beats, as by the twin.
 
     Args:
@@ -194,16 +195,21 @@ def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Se
         fitted_speed: (n,) forward speeds, m/s.
         hz: (k,) frequencies of the forecasts.
     """
-    if not len(fitted_hz) or np.ptp(fitted_hz) == 0:
+    if not _tell_a_slope(fitted_hz):
         return speed_constant_stride(fitted_hz, fitted_speed, hz)
     slope, constant = np.polyfit(fitted_hz, fitted_speed, 1)
     return [float(constant + slope * each) for each in hz]
 
 
+def _tell_a_slope(fitted_hz: Sequence[float]) -> bool:
+    """Tell whether the frequencies differ by so much that their speeds tell a slope."""
+    return len(fitted_hz) > 0 and bool(np.ptp(fitted_hz) > _ONE_BEAT * np.mean(fitted_hz))
+
+
 def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
     """Return the speeds by a power of the frequency through the fitted trials, m/s.
 
-    They are nan where a fitted trial did not swim forward. If all trials have one frequency the stride is constant.
+    They are nan where a fitted trial did not swim forward. If all have about one frequency the stride is constant.
 
     Args:
         fitted_hz: (n,) measured beat frequencies, Hz.
@@ -212,7 +218,7 @@ def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], h
     """
     if not len(fitted_speed) or (np.array(fitted_speed) <= 0).any():
         return [float("nan")] * len(hz)
-    if np.ptp(fitted_hz) == 0:
+    if not _tell_a_slope(fitted_hz):
         return speed_constant_stride(fitted_hz, fitted_speed, hz)
     power, constant = np.polyfit(np.log(fitted_hz), np.log(fitted_speed), 1)
     return list(map(float, np.exp(constant) * np.array(hz, float) ** power))

@@ -6,9 +6,9 @@ Both print these sentences and these numbers, so that no number has two values o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf, isfinite, nan
+from math import inf, isfinite, isnan, nan
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -169,6 +169,7 @@ class HowSure:
         in_band: number of held-out trials with a speed within the predicted 90 % band, and number of all.
         damaged: the file of the posterior that cannot be read; "" where there is none.
         misfit: whether the twin at these coefficients leaves more than noise explains.
+        no_gap: whether the diagnosis takes what is left for the twin's own error.
         rejected: whether likelier coefficients were rejected, as their twin swims backward from rest.
     """
 
@@ -177,6 +178,7 @@ class HowSure:
     in_band: tuple[int, int] = (0, 0)
     damaged: str = ""
     misfit: bool = False
+    no_gap: bool = False
     rejected: bool = False
 
     @property
@@ -197,6 +199,8 @@ class HowSure:
     @property
     def beware(self) -> str:
         """A sentence on what the intervals leave out; empty where they leave out nothing that is known."""
+        if self.misfit and self.no_gap:
+            return "The twin leaves more than noise, though no more than its own error: the true ones may lie outside."
         return "The twin does lack something: the true coefficients may lie outside." if self.misfit else ""
 
     @property
@@ -303,6 +307,7 @@ def answers_of(
     every = (*fit_caveats(found, posterior), *posterior_caveats(posterior))
     caveats = (*fit_caveats(found, posterior, without), *posterior_caveats(posterior, without))
     sure = _how_sure(found, posterior, damaged.get("posterior", ""))
+    sure = replace(sure, no_gap=diagnosed is not None and diagnosed.verdict == "no_gap")
     return Answers(
         how_far_off=how_far_off(found.forecasts),
         how_sure=sure,
@@ -335,6 +340,8 @@ def use_of_named(found: DiagnosisResult) -> str:
     it, there = ("it", "it is") if len(named) == 1 else ("them", "they are")
     gap = found.gap
     better = gap.shrinkage > 0 and gap.with_effects_mm <= gap.baseline_mm and not gap.frequency_grows
+    if gap.evaluated_on and isnan(gap.shrinkage):
+        return f"Check {listed(named)} by hand; the held-out trials leave too little to tell which twin is better."
     if gap.evaluated_on and not better:
         return f"Check {listed(named)} by hand; the twin without {it} forecasts as well: calib mjcf writes it."
     return f"Check {listed(named)} by hand; if {there} there, simulate with results/{found.models[0]}."

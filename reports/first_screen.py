@@ -262,7 +262,7 @@ def _lead(answers: Answers) -> Markup:
             what = "Missing from it, at least" if found.more_is_missing else "Missing from it"
             parts.append(Markup("{}: {}.").format(what, names))
         elif found.no_gap:
-            parts.append(Markup("No effect of the catalogue is missing from it."))
+            parts.append(Markup("These trials do not show that an effect is missing from it."))
         else:
             at = f", {found.at_stage}," if found.at_stage else ""
             parts.append(Markup("Something is missing from it{} that these trials do not name.").format(at))

@@ -315,4 +315,4 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     if missed <= 0.2 * len(bands):
         return ()
     why = context.unknown_to_bands or ": the bands are too narrow"
-    return (f"{missed} of {len(bands)} measured speeds are outside their 90 % bands{why}.",)
+    return (f"{missed} of {len(bands)} forecasts of a held-out speed miss it by more than their 90 % bands{why}.",)

@@ -390,7 +390,7 @@ def _shrinkage(found: DiagnosisResult) -> str:
         return "No effect is named, so nothing is added to the twin; this is its gap."
     added = _list_added(found)
     if isnan(gap.shrinkage):
-        return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."
+        return f"The held-out trials leave no more than noise and the twin's own error: no gap for {added} to shrink."
     text = f"With {added}, the held-out gap {by_how_much(gap)}."
     why = (
         " Both twins were refitted to the fit trials. The gap is the mean square of what is left beyond noise: at "

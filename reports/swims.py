@@ -379,7 +379,7 @@ def _describe_worst(trials: tuple[CalibratedTrial, ...]) -> str:
         f"({in_mm(means[nearest])} mm). "
     )
     if not drifting:
-        return text + "In no trial is the error of the path larger than that of the shape."
+        return text + "In no trial is the distance more than twice that of the shape alone."
     return text + (
         f"In {listed(drifting)} the distance is more than twice that of the shape alone: mostly an error of the path "
         "(speed and heading)."

@@ -346,7 +346,7 @@ def how_far(found: DiagnosisResult) -> str:
     if not found.effect_parameters:
         return f"No effect is named, so nothing is added to the twin. Its errors on {trials}: {sizes}."
     if isnan(gap.shrinkage):
-        within = f"On {trials} the markers of the uncorrected twin hardly exceed noise; errors change so: {sizes}."
+        within = f"On {trials} the twin is off by no more than noise and its own error; errors change so: {sizes}."
         return f"{within} Do not use the effects for forecasts." if gap.frequency_grows else within
     warning = "" if gap.improves and not gap.frequency_grows else " Do not use it for forecasts."
     return f"On {trials}: {sizes}; {_how_surely(gap)}.{warning}"

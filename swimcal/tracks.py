@@ -241,7 +241,8 @@ def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str
     anything, step = f"{TIME}, or _x, _y or _confidence of a marker of the session", "Add its marker to [markers] names"
     strange = [name for name in dict.fromkeys(columns) if name not in known]
     unnamed = "Row numbers? Remove the column; `calib convert` does."
-    hints = [did_you_mean(n, known) or f"{step}, or remove the column." if n else unnamed for n in strange]
+    free = [name for name in known if name not in columns]
+    hints = [did_you_mean(n, free) or f"{step}, or remove the column." if n else unnamed for n in strange]
     unknown = [fault("unknown column", shown(n), anything, hint) for n, hint in zip(strange, hints, strict=True)]
     all_of_it, absent = f"{TIME}, and _x and _y of every marker", [name for name in needed if name not in columns]
     missing = [fault(f"column {name!r} is missing", "", all_of_it) for name in absent]

@@ -18,7 +18,7 @@ import pandas as pd
 import xarray as xr
 
 from calib.pipeline import Pipeline, working
-from calib.results.result import TIME, Tables, flag_frame
+from calib.results.result import TIME, Tables, flag_frame, flag_lines
 from calib.stages.videos import FaultyTrials, OfEach, Videos, of_each
 from fitting.left_out import left_out_flags
 from fitting.trial import MeasuredTrial
@@ -137,6 +137,10 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
                 f"Flags: {flags or 'none'}. Next: calib fit {self.session.in_shell}",
             ]
         )
+
+    def details(self) -> list[str]:
+        """List every flag, a line each."""
+        return flag_lines((name, flag) for name, own in self.flags.items() for flag in own)
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         flags = ((name, flag) for name, own in self.flags.items() for flag in own)

@@ -17,7 +17,7 @@ from typing import TypeVar
 import numpy as np
 
 from calib.options import EffortName, Job
-from calib.stages.fit import FitStage, mjcf_text
+from calib.stages.fit import FitStage, mjcf_text, turned_start
 from calib.stages.recordings import Recordings
 from diagnosis.diagnose import Settings, diagnose, weigh_effects
 from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result, effect_test_result, of_session
@@ -32,7 +32,7 @@ from fitting.phase import fit_phase
 from reports.page import environment
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.catalogue import catalogue
-from swimcal.effects.effect import Effect
+from swimcal.effects.effect import Effect, View
 from swimcal.errors import Fault, InputError, did_you_mean
 from swimcal.mjcf import FluidCoefficients, add_scenery
 from swimcal.results import Provenance, program_version, write_whole
@@ -270,14 +270,19 @@ def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) 
         raise InputError(faults)
 
 
+def _angle_rad(view: View) -> float:
+    """Return the angle in the pool of the direction that points down in the picture, rad."""
+    return float(np.arctan2(view.down[1], view.down[0]))
+
+
 def write_affected_twin(
     results: Path, linear: LinearModel, best: Refit, name: str, robot_file: Path | None
 ) -> list[Path]:
     """Write ``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
 
-    Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
-    starts the model as that trial started. Where MJCF cannot hold all of the effects, a script of the same name runs
-    the twin with them.
+    Effects with an axis of the picture (a current) are in the frame of the first fit trial, whose keyframe heads along
+    -x. One keyframe a fit trial starts the model as that trial started, in its heading to them. Where MJCF cannot hold
+    all of the effects, a script of the same name runs the twin with them.
 
     Args:
         results: the folder of the results.
@@ -305,7 +310,9 @@ def write_affected_twin(
             best.at[None], np.array([hz]), np.array([phase]), trial.start_velocity[None], values=own[None]
         )
         position, velocity = affected.start(runs)
-        spec.add_key(name=trial.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
+        across_rad = 0.0 if np.allclose(own, values) else _angle_rad(views[0]) - _angle_rad(view)
+        start = turned_start(spec.compile(), position[0], velocity[0], across_rad)
+        spec.add_key(name=trial.name, qpos=start[0], qvel=start[1], ctrl=[2 * np.pi * hz])
     paths = [results / f"calibrated+{name}.xml"]
     write_whole(paths[0], mjcf_text(spec))
     if not all(effect.in_mjcf() for effect in best.effects):

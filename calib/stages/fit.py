@@ -407,6 +407,26 @@ def _add_keyframe(
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
 
 
+def turned_start(
+    model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, by_rad: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turn a state of the twin about the origin of the pool, anticlockwise seen from above; return place and velocity.
+
+    Args:
+        model: the twin.
+        qpos: (nq,) its place.
+        qvel: (nv,) its velocity.
+        by_rad: the angle, rad.
+    """
+    qpos, qvel = qpos.copy(), qvel.copy()
+    turn = np.array([[np.cos(by_rad), -np.sin(by_rad)], [np.sin(by_rad), np.cos(by_rad)]])
+    place = [model.joint(name).qposadr[0] for name in ("surge", "sway")]
+    moving = [model.joint(name).dofadr[0] for name in ("surge", "sway")]
+    qpos[place], qvel[moving] = turn @ qpos[place], turn @ qvel[moving]
+    qpos[model.joint("yaw").qposadr[0]] += by_rad
+    return qpos, qvel
+
+
 def _add_steady_swim(spec: mujoco.MjSpec) -> None:
     """Add a keyframe with the state after some beats from the first keyframe, moved back to the origin, along -x."""
     model = spec.compile()
@@ -416,13 +436,7 @@ def _add_steady_swim(spec: mujoco.MjSpec) -> None:
     mujoco.mj_step(model, data, nstep=round(_STEADY_BEATS * beat_s / model.opt.timestep))
     if not np.isfinite(data.qpos).all() or data.time < beat_s:  # it blew up, and was reset
         return
-    qpos, qvel, yaw = data.qpos.copy(), data.qvel.copy(), float(data.joint("yaw").qpos[0])
-    head = [model.joint(name).qposadr[0] for name in ("surge", "sway", "yaw")]
-    moving = [model.joint(name).dofadr[0] for name in ("surge", "sway")]
-    qpos[head] = 0.0
+    qpos, qvel = turned_start(model, data.qpos, data.qvel, -float(data.joint("yaw").qpos[0]))
+    qpos[[model.joint(name).qposadr[0] for name in ("surge", "sway", "yaw")]] = 0.0
     qpos[model.joint("crank").qposadr[0]] %= 2 * np.pi
-    qvel[moving] = [
-        np.cos(yaw) * qvel[moving[0]] + np.sin(yaw) * qvel[moving[1]],
-        np.cos(yaw) * qvel[moving[1]] - np.sin(yaw) * qvel[moving[0]],
-    ]
     spec.add_key(name="steady_swim", qpos=qpos, qvel=qvel, ctrl=data.ctrl.copy())

@@ -303,6 +303,8 @@ def test_a_result_shows_itself_in_one_line_with_its_numbers_and_units(whole: Pat
     session, fit = front.open_session(whole), front.fit(whole, **QUIET)
     calibration = fit.read()
     posterior, gap, tracks = front.posterior(whole, **QUIET), front.diagnose(whole, **QUIET), front.track(whole)
+    with pytest.raises(front.InputError, match="no effect is named"):
+        front.effect_test(whole, [], **QUIET)
     test = front.effect_test(whole, ["scale_error"], **QUIET)
     trial = calibration.trials[0]
     number = r"[−\d.,]+"

@@ -54,7 +54,7 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
         ("named", "Missing from it, at least: tendon slack and wave drag ."),
         ("inseparable", "Missing from it, at least: tendon slack or tendon friction ."),
         ("unexplained", "Something is missing from it that these trials do not name."),
-        ("no_gap", "No effect of the catalogue is missing from it."),
+        ("no_gap", "These trials do not show that an effect is missing from it."),
     ],
 )
 def test_the_first_sentence_says_what_the_exported_twin_lacks(verdict: str, said: str) -> None:
@@ -105,7 +105,11 @@ def test_numbers_of_the_diagnosis_stand_with_what_they_are_of(pages: dict[str, P
     [
         ("named", {"remainder": {"share": 0.0, "stage": "tail", "p_value": 0.4}}, "is no more than noise (p = 0.40)"),
         ("named", {"gap": {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}}, "Above 100 %: the residual is smaller"),
-        ("named", {"gap": {"shrinkage": None, "squares_before": 1.0}}, "of the held-out trials is no more than noise"),
+        (
+            "named",
+            {"gap": {"shrinkage": None, "squares_before": 1.0}},
+            "held-out trials leave no more than noise and the twin's own error",
+        ),
         ("named", {"missing_forces": to_plain(made_forces(sd=0.004))}, "No missing force differs significantly"),
         ("named", {"withheld_from_catalogue": ["scale_error"]}, "made without scale error; run it again"),
         (
