@@ -76,7 +76,8 @@ def read_text(path: Path) -> str:
         fault = Fault(str(path), "", "not a text file", found, "text in UTF-8", next_step=step)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         expected, step = "a whole gzip file", "Copy or pack it again."
-        fault = Fault(str(path), "", "the packed file is damaged", str(error), expected, next_step=step)
+        found = "its end is missing" if isinstance(error, EOFError) else str(error)
+        fault = Fault(str(path), "", "the packed file is damaged", found, expected, next_step=step)
     except (OSError, ValueError) as error:
         fault = Fault(str(path), "", "the file cannot be read", str(error), "a readable file")
     raise InputError([fault])

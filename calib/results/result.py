@@ -60,7 +60,10 @@ class Figures:
     def __getitem__(self, name: str) -> Plot:
         """Return the figure of this name; an `InputError` lists the choices where there is none."""
         if name not in self._plots:
-            raise InputError([Fault("figure", "", "no such figure", repr(name), "one of this result", self.names)])
+            step = "It is drawn where there is something to show, as flags of a trial that has some."
+            raise InputError(
+                [Fault("figure", "", "no such figure", repr(name), "one of this result", self.names, step)]
+            )
         return self._plots[name]
 
 

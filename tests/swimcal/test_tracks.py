@@ -97,7 +97,7 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
             f"{HEADER}\ns,px,px,px,px,px,px\n0,1,2,3,4,5,6\n",
             "line 2: a row without a number; found 's, px",
         ),
-        (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:-9], "the packed file is damaged"),
+        (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:-9], "the packed file is damaged; found its end is missing"),
         (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:12] + b"xx", "the packed file is damaged"),
         (f"{HEADER}\n0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "line 3: time does not increase; found 0.0 after 0.0"),
         (f"{HEADER}\n0,1,2,3,4,5,6\n,1,2,3,4,5,6\n", "line 3: time_s is missing"),
