@@ -23,7 +23,8 @@ from tracking.head_frame import select_head
 # The law of the speed
 LEVEL = 0.9  # level of the interval of a slope
 _FEWEST = 3  # trials that tell a slope with its interval
-_ONE_BEAT = 0.02  # largest relative difference of frequencies that count as one
+SAME_BEAT = 0.02
+"""Largest relative difference of beat frequencies that count as one."""
 
 # The sweep
 BEATS = 14.0  # length of a swim in beats
@@ -203,7 +204,7 @@ def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Se
 
 def _tell_a_slope(fitted_hz: Sequence[float]) -> bool:
     """Tell whether the frequencies differ by so much that their speeds tell a slope."""
-    return len(fitted_hz) > 0 and bool(np.ptp(fitted_hz) > _ONE_BEAT * np.mean(fitted_hz))
+    return len(fitted_hz) > 0 and bool(np.ptp(fitted_hz) > SAME_BEAT * np.mean(fitted_hz))
 
 
 def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:

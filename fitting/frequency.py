@@ -330,7 +330,7 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
                 message += f": is commanded_hz in {unit}?"
         flags.append(Flag("frequency_off_command", message=message))
     if beats < 2.0:
-        message = f"only {beats:.{1 if beats < 1.95 else 3}f} beats: fewer than two determine a frequency poorly"
+        message = f"only {np.floor(10 * beats) / 10:.1f} beats: fewer than two determine a frequency poorly"
         flags.append(Flag("few_beats", message=message))
     elif beats < FEW_BEATS and explained < CLEAR:
         message = (

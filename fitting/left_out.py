@@ -6,14 +6,15 @@ One unusable trial never stops the others: it is left out, and a flag says why (
 
 `carried_swims` flags a swim that slips aside as no other does: a camera that moves, or water. `odd_markers` flags
 markers that sit elsewhere in one swim than in the others: a box on a wrong spot, a marker that slipped. No description
-places a marker to better than some centimetres on a robot as built, and what is off in every
-swim is the posterior's to tell (`markers_off` there). One swim against the others shows what is wrong with that swim.
+places a marker to better than some centimetres on a robot as built, and what is off in every swim is the posterior's to
+tell (`markers_off` there). One swim against the others shows what is wrong with that swim.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import TrialModel, trajectories_together
@@ -35,8 +36,6 @@ FAR = "far_from_twin"
 MISSED = "speed_missed"
 """The flag of a fit trial whose speed the fitted twin misses."""
 MISSED_BY = 0.05  # least relative speed error of such a trial
-CARRIED = "carried"
-"""The flag of a swim that slips aside as no other does."""
 _BEYOND = 3.0  # largest ratio to the fastest or slowest fitted beat
 STILL_M_S = 0.005  # a robot that is slower does not swim
 _OTHER_WAY_M_S = 0.005  # least speed difference of a twin that swims the other way
@@ -55,7 +54,6 @@ _SLIPS_BEYOND = 3.0
 """… and beyond so many times their scatter: the public trials slip by 20 mm/s to either side."""
 _SLIPS_RAD = 0.15
 """Least angle between course and heading by which such a swim differs."""
-_NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 # Odd markers
 LEAST_M = 0.022
@@ -179,8 +177,7 @@ def _speeds(measured_m_s: float, twin_m_s: float) -> str:
 def carried_swims(trials: Sequence[MeasuredTrial]) -> dict[str, Flag]:
     """Flag each swim, by its name, that slips aside as none of the others does.
 
-    What carries it aside carries it along, too: its speed is no measure of how it swims. A slip that all share is the
-    robot's own.
+    What carries it aside may carry it along, too. A slip that all share is the robot's own.
 
     Args:
         trials: the swims.
@@ -193,14 +190,14 @@ def carried_swims(trials: Sequence[MeasuredTrial]) -> dict[str, Flag]:
     for place, trial in enumerate(known):
         others = np.delete(slips, place)
         usual = float(np.median(others))
-        scatter = _NORMAL * float(np.median(np.abs(others - usual)))
+        scatter = float(median_abs_deviation(others, scale="normal"))
         off = abs(slips[place] - usual)
         if off > _SLIPS_M_S + _SLIPS_BEYOND * scatter and off > _SLIPS_RAD * abs(trial.speed):
             message = (
                 f"it slips aside by {1000 * off:.0f} mm/s unlike the other swims: did the camera move, or water carry "
-                "it? Then its speed is off by as much. The trial counts as it is"
+                "it? Then its speed is off, too. The trial counts as it is"
             )
-            found[trial.name] = Flag(CARRIED, message=message)
+            found[trial.name] = Flag("carried", message=message)
     return found
 
 

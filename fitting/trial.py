@@ -447,11 +447,9 @@ def _beat_of_part(beat: Beat, known: np.ndarray, trial: MeasuredTrial) -> SwimFr
     try:
         return beat(known)
     except NotEnoughData as problem:
-        lost = _lost_frames(trial)
-        why = lost.removeprefix(". ") if lost else f"{problem}. Record longer"
         raise NotEnoughData(
             f"trial {trial.name}: the part of a held-out trial that may be looked at (two beats, at most half) is too "
-            f"short: {why}"
+            f"short{_lost_frames(trial) or f': {problem}. Record longer'}"
         ) from problem
 
 

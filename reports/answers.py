@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
 from diagnosis.sentences import at_stage
+from fitting.baselines import SAME_BEAT
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
 from reports.caveats import (
@@ -53,7 +54,6 @@ BESIDE = ("line", "constant_stride", EBT)
 
 _AS_GOOD = 0.25
 """Largest relative difference of two mean speed errors between models that are about as good as each other."""
-_SAME_BEAT = 0.02  # largest relative difference of beat frequencies that count as one
 _LIKELY = 3  # number of effects whose probability is shown even if they are not named
 _WORTH_A_SWIM = 0.9  # a swim that leaves a larger share of the standard deviations is not worth filming for them
 _SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
@@ -200,7 +200,7 @@ class HowSure:
     def beware(self) -> str:
         """A sentence on what the intervals leave out; empty where they leave out nothing that is known."""
         if self.misfit and self.no_gap:
-            return "The twin leaves more than noise, though no more than its own error: the true ones may lie outside."
+            return "What the twin leaves is its own error, more than noise: the true coefficients may lie outside."
         return "The twin does lack something: the true coefficients may lie outside." if self.misfit else ""
 
     @property
@@ -382,7 +382,7 @@ def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -
     distances = [trial.forecasts[TWIN].marker_error_mm for trial in trials]
     markers = sum(nan if each is None else each for each in distances) / count
     beats_hz = sorted(trial.frequency_hz for trial in trials)
-    frequencies = 1 + sum(high > (1 + _SAME_BEAT) * low for low, high in pairwise(beats_hz))
+    frequencies = 1 + sum(high > (1 + SAME_BEAT) * low for low, high in pairwise(beats_hz))
     return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count, frequencies)
 
 

@@ -109,7 +109,8 @@ class _Pass:
         self._unseen = np.zeros(len(markers), int)  # number of frames without any sight of it, up to now
         self._unlike = np.zeros(len(markers), int)  # number of frames in which it was unlike itself, or out of order
         self._patience = _LOST_FOR  # number of such frames until the robot is looked for
-        self._back = np.zeros(2, int)  # markers that were lost at once; for how many frames all but one are back
+        self._lost_at_once = 0  # markers that were lost or unlike themselves together
+        self._back_for = 0  # frames since all but one are back
         self._repeats = Repeats()
         self._end = 0  # one past the last frame taken in
         self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew
@@ -124,7 +125,7 @@ class _Pass:
             return False
         self._tracker = MarkerTracker.restored(kept, self._video.threads)
         self._end, self._unseen, self._unlike = len(kept["samples"]), kept["frames_unseen"], kept["frames_unlike"]
-        self._patience, self._back = int(kept["patience"]), kept["frames_back"]
+        self._patience, self._lost_at_once, self._back_for = kept["patience"].tolist()
         self._samples[: self._end] = kept["samples"]
         self._grey = Grey.restored(kept["grey"])
         self._last = self._end - 1
@@ -210,7 +211,7 @@ class _Pass:
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
             return False
-        self._back[0] = 0
+        self._lost_at_once = 0
         place_px = self._samples["position_px"]
         last_px, before_px = place_px[self._last], place_px[max(self._last - 1, 0)]
         ways_px = boxes.centres_px(self._markers) - np.array([last_px, 2 * last_px - before_px])  # resting or moving on
@@ -218,7 +219,7 @@ class _Pass:
         same, elsewhere = away_px < boxes.sides_px(self._markers), away_px >= boxes.sides_px(self._markers)
         if most_stay and (same.all() or 2 * np.count_nonzero(same) <= len(same)):
             return False
-        doubted = max(int(self._unlike.max()), int(self._back[1]))
+        doubted = max(int(self._unlike.max()), self._back_for)
         self._samples[max(frame.number - doubted, 0) : frame.number, elsewhere] = NO_SAMPLE
         use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
         _, first = self._begun(frame, boxes, use_csrt)
@@ -234,7 +235,7 @@ class _Pass:
         tried = 0 <= self._anew < ANEW and (ANEW - self._anew) % _TRY_EVERY == 1
         if np.count_nonzero(self._unlike >= self._patience) >= _MANY_LOST:
             tried, self._patience = True, self._patience * 3 // 2  # in vain it would cost more than all the rest
-        uncovered = self._back[0] >= _MANY_LOST and self._back[1] in _BACK_FOR
+        uncovered = self._lost_at_once >= _MANY_LOST and self._back_for in _BACK_FOR
         if (tried or uncovered) and self._start_anew(frame, find, most_stay=not tried):
             self._anew, self._patience = 0, _LOST_FOR
             self._unlike[:] = 0
@@ -266,8 +267,7 @@ class _Pass:
                             "samples": self._samples[: self._end],
                             "frames_unseen": self._unseen,
                             "frames_unlike": self._unlike,
-                            "patience": np.array(self._patience),
-                            "frames_back": self._back,
+                            "patience": np.array([self._patience, self._lost_at_once, self._back_for]),
                             "grey": self._grey.as_array(),
                         }
                         own |= self._repeats.state()
@@ -293,9 +293,10 @@ class _Pass:
         self._unlike = np.where(itself, np.maximum(self._unlike - 2, 0), self._unlike + 1)
         if self._unlike.max() == 0:
             self._patience = _LOST_FOR
-        lost, back = np.count_nonzero(self._unlike >= _COVERED_FOR), np.count_nonzero(itself) >= len(itself) - 1
-        covered = self._back[0] if self._back[1] <= _BACK_FOR[-1] else 0
-        self._back = np.array([max(covered, lost), self._back[1] + 1]) * (1, back)
+        if self._back_for > _BACK_FOR[-1]:
+            self._lost_at_once = 0
+        self._lost_at_once = max(self._lost_at_once, int(np.count_nonzero(self._unlike >= _COVERED_FOR)))
+        self._back_for = self._back_for + 1 if np.count_nonzero(itself) >= len(itself) - 1 else 0
         carried = ~sighting.seen & (self._unseen <= PREDICTED_FOR)
         known = (sighting.seen | carried)[:, None]
         row = self._samples[number]

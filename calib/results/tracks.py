@@ -140,11 +140,13 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
 
     def details(self) -> list[str]:
         """List every flag, a line each."""
-        return flag_lines((name, flag) for name, own in self.flags.items() for flag in own)
+        return flag_lines(self._every_flag())
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
-        flags = ((name, flag) for name, own in self.flags.items() for flag in own)
-        return {"trials": self._trials, "flags": lambda: flag_frame(flags)}
+        return {"trials": self._trials, "flags": lambda: flag_frame(self._every_flag())}
+
+    def _every_flag(self) -> Iterator[tuple[str, Flag]]:
+        return ((name, flag) for name, own in self.flags.items() for flag in own)
 
     def _trials(self) -> pd.DataFrame:
         rows = {name: self._row(name, found) for name, found in self.tracked.items()}

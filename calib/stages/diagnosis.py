@@ -17,7 +17,7 @@ from typing import TypeVar
 import numpy as np
 
 from calib.options import EffortName, Job
-from calib.stages.fit import FitStage, mjcf_text, turned_start
+from calib.stages.fit import FitStage, mjcf_text, turn_start
 from calib.stages.recordings import Recordings
 from diagnosis.diagnose import Settings, diagnose, weigh_effects
 from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result, effect_test_result, of_session
@@ -303,6 +303,7 @@ def write_affected_twin(
     spec = add_scenery(affected.spec(coefficients, values), affected.robot)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
     spec.add_text(name="effects", data=f"{parameters}; in the frame of trial {linear.swims[0].name}")
+    model = spec.compile()
     for trial, view in zip(linear.swims, views, strict=False):  # the views of dry runs come last
         own, hz = affected.in_trial(view, best.values), trial.frequency.hz
         phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
@@ -310,8 +311,9 @@ def write_affected_twin(
             best.at[None], np.array([hz]), np.array([phase]), trial.start_velocity[None], values=own[None]
         )
         position, velocity = affected.start(runs)
-        across_rad = 0.0 if np.allclose(own, values) else _angle_rad(views[0]) - _angle_rad(view)
-        start = turned_start(spec.compile(), position[0], velocity[0], across_rad)
+        # What is the same in every trial, as a wall beside the course, stays with the course.
+        turned_rad = 0.0 if np.allclose(own, values) else _angle_rad(views[0]) - _angle_rad(view)
+        start = turn_start(model, position[0], velocity[0], turned_rad)
         spec.add_key(name=trial.name, qpos=start[0], qvel=start[1], ctrl=[2 * np.pi * hz])
     paths = [results / f"calibrated+{name}.xml"]
     write_whole(paths[0], mjcf_text(spec))

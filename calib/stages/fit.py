@@ -407,7 +407,7 @@ def _add_keyframe(
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
 
 
-def turned_start(
+def turn_start(
     model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, by_rad: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Turn a state of the twin about the origin of the pool, anticlockwise seen from above; return place and velocity.
@@ -436,7 +436,7 @@ def _add_steady_swim(spec: mujoco.MjSpec) -> None:
     mujoco.mj_step(model, data, nstep=round(_STEADY_BEATS * beat_s / model.opt.timestep))
     if not np.isfinite(data.qpos).all() or data.time < beat_s:  # it blew up, and was reset
         return
-    qpos, qvel = turned_start(model, data.qpos, data.qvel, -float(data.joint("yaw").qpos[0]))
+    qpos, qvel = turn_start(model, data.qpos, data.qvel, -float(data.joint("yaw").qpos[0]))
     qpos[[model.joint(name).qposadr[0] for name in ("surge", "sway", "yaw")]] = 0.0
     qpos[model.joint("crank").qposadr[0]] %= 2 * np.pi
     spec.add_key(name="steady_swim", qpos=qpos, qvel=qvel, ctrl=data.ctrl.copy())
