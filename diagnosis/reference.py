@@ -53,7 +53,7 @@ from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_c
 from diagnosis.refit import Refit
 from diagnosis.result import ComparedWith, Visible
 from fitting.affected_trials import with_picture
-from fitting.covariance import LN_LENGTH
+from fitting.covariance import LN_LENGTH, apart
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
 from fitting.features import advance_phase
 from fitting.session_model import NuisanceModel, SessionModel
@@ -275,10 +275,10 @@ class Comparison:
         return np.concatenate(parts)
 
     def _covariance(self, sizes: Sizes, places: np.ndarray) -> np.ndarray:
-        """Return the covariance of some numbers of the joint row."""
+        """Return the covariance of some numbers of the joint row; what is not observed foretells nothing."""
         square = np.ix_(places, places)
         shared = self._shared[places]
-        return np.asarray(
+        every = (
             self._known[square]
             + sizes.error**2 * self._of_twin[square]
             + shared @ shared.T
@@ -286,6 +286,7 @@ class Comparison:
             + sizes.launch**2 * self._of_launch[square]
             + self._of_drive[square]
         )
+        return apart(every, self.joint.observed[places])
 
     @cached_property
     def _known(self) -> np.ndarray:

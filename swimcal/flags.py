@@ -22,6 +22,7 @@ FLAG_KINDS: dict[str, str] = {
     "swap": "markers seem to be exchanged",
     "edited": "a person corrected the track",
     "doubtful_box": "a start box may hold no marker",
+    "indistinct": "no grey tells a marker from its surroundings",
     "damaged_video": "part of the video cannot be read",
     "few_frames": "markers move between two frames by more than half the distance to their neighbours",
     "repeated_frames": "frames repeat the one before",

@@ -26,6 +26,7 @@ from tracking.appearance import Appearance, lies_within, measure_appearance, win
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
 from tracking.spots import move_onto_dots, strongest_answer
+from tracking.tracked import INDISTINCT
 from tracking.tracker import MarkerTracker, Sighting
 
 # The search.
@@ -255,7 +256,8 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
 def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
     """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
 
-    The flag is for the whole trial where the marker also lies within the levels around it, or is the odd one out.
+    A marker that also lies within the levels around it is ``indistinct``, and counts nowhere; the odd one out is
+    doubted for the whole trial.
 
     Args:
         grey: (h, w) uint8 picture of the boxes, in the grey that they are tracked in.
@@ -268,10 +270,10 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
     for name, share, hidden in zip(markers, _common(grey, centre_px, side_px).tolist(), within, strict=True):
         if hidden and share > COMMON:
             message = (
-                f"neither brightness nor colour tells {name} from what is around it and elsewhere: its track may be of "
-                f"something else. For the next film {PAINT}"
+                f"neither brightness nor colour tells {name} from what is around it and elsewhere: it counts nowhere. "
+                f"Put its box onto its dot, or for the next film {PAINT}"
             )
-            flags.append(Flag("doubtful_box", (name,), None, message))
+            flags.append(Flag(INDISTINCT, (name,), None, message))
         elif share > COMMON:
             message = (
                 f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "

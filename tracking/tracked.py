@@ -23,7 +23,9 @@ from swimcal.tables import RawTable, read_table, read_text
 from swimcal.tracks import as_tracks, load_tracks, markers_of, pixels_of, save_tracks
 from tracking.harmed_frames import LONGEST, stretches
 
-UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video")
+INDISTINCT = "indistinct"
+"""The flag of a marker that counts in no frame."""
+UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video", INDISTINCT)
 """Flags of the tracker's own judgement, and of the reader's, whose samples count nowhere."""
 REPEATED = "repeated_frames"
 """The flag of a film in which pictures repeat the one before."""
@@ -144,9 +146,10 @@ def mask_untrusted(tracked: xr.Dataset) -> xr.Dataset:
     """Return the tracks alone, with confidence 0 where a sample was not seen or is flagged by the tracker."""
     counts, names = seen_in(tracked), markers_of(tracked)
     for flag in tracked.flags:
-        if flag.kind in UNTRUSTED and flag.frames is not None:
+        if flag.kind in UNTRUSTED and (flag.frames is not None or flag.kind == INDISTINCT):
             columns = [names.index(name) for name in flag.markers or names]
-            counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
+            first, last = flag.frames or (0, len(counts))
+            counts[first : last + 1, columns] = False
     confidence = np.where(counts, tracked.confidence.values, 0.0)
     return as_tracks(names, tracked.time.values, pixels_of(tracked), confidence, tracked.source)
 

@@ -122,6 +122,22 @@ def test_a_drift_is_told_from_a_marker_off_its_place_and_what_is_near_a_threshol
         assert (said.verdict.name, said.near and said.near.name) == told
 
 
+@pytest.mark.parametrize("unseen", ["changed", *later("changed and reference")])
+def test_a_marker_that_is_not_seen_is_not_measured_as_what_the_reference_foretells(unseen: str) -> None:
+    sessions = {"changed": data(0.0, 5, exact_twin(workers=1)), "reference": data(0.0, 1, exact_twin(workers=1))}
+    for name in unseen.split(" and "):
+        seen, hidden = sessions[name].trials
+        weight = hidden.own_weight * (np.arange(len(hidden.markers)) != hidden.markers.index("tail_4"))
+        sessions[name] = replace(sessions[name], trials=(seen, hidden.seen_as(weight=weight)))
+    found = Comparison.of(replace(sessions["changed"], reference=sessions["reference"]))
+    linear = found.model_of("changed", Sizes(1.0, 0.003, 1.0))
+    observed = linear.observed
+
+    assert not observed.all()
+    assert not linear.residual[~observed].any()
+    assert not linear.covariance[np.ix_(~observed, observed)].any()
+
+
 @pytest.mark.long
 def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> None:
     both, sizes = joint(), Sizes(1.0, 0.003, 1.0)

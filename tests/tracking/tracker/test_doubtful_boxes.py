@@ -4,10 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
+from swimcal.flags import Flag
+from swimcal.tracks import as_tracks
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.appearance import Appearance
 from tracking.boxes import Box, StartBoxes
 from tracking.find_boxes import doubtful_boxes, odd_one_out
+from tracking.tracked import mask_untrusted, with_states
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))
@@ -49,9 +52,17 @@ def test_a_marker_like_its_surroundings_and_much_else_is_hidden() -> None:
     boxes = {name: Box.around((60.0 + 42 * k, 200.0), 18.0) for k, name in enumerate(NAMES)}
     luma[192:209, 52:69] = 255  # one marker brighter than all
     flags = doubtful_boxes(luma, StartBoxes(0, boxes), NAMES)
-    hidden = [flag.markers[0] for flag in flags if flag.frames is None and "paint them" in flag.message]
+    hidden = [flag.markers[0] for flag in flags if flag.kind == "indistinct"]
     assert NAMES[0] not in hidden
     assert len(hidden) >= 2
+
+
+def test_an_indistinct_marker_counts_in_no_frame() -> None:
+    tracks = as_tracks(NAMES, np.arange(20) / 60, np.zeros((20, 9, 2)), np.ones((20, 9)))
+    tracked = with_states(tracks, np.ones((20, 9), np.int8), np.ones((20, 9)), [Flag("indistinct", ("tail_3",), None)])
+    counts = mask_untrusted(tracked).confidence.values > 0
+    assert not counts[:, 3].any()
+    assert np.delete(counts, 3, axis=1).all()
 
 
 def test_the_look_of_one_marker_is_odd_if_it_is_fainter_and_of_the_other_kind() -> None:
