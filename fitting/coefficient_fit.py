@@ -33,6 +33,7 @@ _CUT_OFF_SD = 0.37  # standard deviations from a bound within which an interval 
 NAMES = FluidCoefficients._fields
 _STEP_OFF = 0.05  # share of the speed by which the time step may change it
 _LEFT_OFF = 0.03  # the finer step leaves about this share
+_AT_REST = 0.1  # share of the largest speed below which a twin hardly swims
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
@@ -162,8 +163,11 @@ class TimeStepError(NamedTuple):
 
     @classmethod
     def of(cls, mode: Mode) -> "TimeStepError":
-        """Return the error at a mode."""
-        share = {each.model.trial.name: float(-each.time_step[SPEED] / each.features[SPEED]) for each in mode.blocks}
+        """Return the error at a mode, as a share of the twin's speed, or of a tenth of its largest where it rests."""
+        speeds = np.abs([mode.simulated(number)[SPEED] for number in range(len(mode.blocks))])
+        speeds = np.maximum(speeds, _AT_REST * speeds.max())
+        lacks = zip(mode.blocks, speeds.tolist(), strict=True)
+        share = {each.model.trial.name: float(-each.time_step[SPEED]) / speed for each, speed in lacks}
         worst = max(share, key=lambda name: abs(share[name]))
         return cls(worst, share[worst], mode.model.trials[0].twin.scene.timestep_s)
 

@@ -27,6 +27,7 @@ _LABELS = {
     "large": "EBT, large amplitude",
 }
 
+_FAR = 2.0  # excess of the twin's speed, of the measured one, from which a percentage says nothing
 _MISSED = 0.1
 """Largest relative error of a fit trial's speed with which the twin still describes the robot."""
 
@@ -171,6 +172,7 @@ def misses(forecasts: SessionForecast) -> str:
         return ""
     measured, twin = forecasts.trials[worst].speed_measured, forecasts.trials[worst].forecasts[TWIN].speed
     way = f"{100 * abs(off[worst]):.0f} % too {'fast' if off[worst] > 0 else 'slow'}"
+    way = "far too fast" if off[worst] > _FAR else way
     way = "going the other way" if measured * twin < 0 else way
     return (
         f"The twin does not describe this robot: in {worst}, which it was fitted to, it is {way} ({in_mm(twin)} "

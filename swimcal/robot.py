@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from swimcal.errors import did_you_mean, shown
+from swimcal.errors import Fault, InputError, did_you_mean, shown
 from swimcal.session_file import HEAD_MARKERS, Positive
 from swimcal.toml import TomlTable, key_error, load_toml
 
@@ -398,7 +398,16 @@ def load_robot(path: Path | None = None) -> RobotSpec:
     Raises:
         swimcal.errors.InputError: all faults of the file, each with its line.
     """
-    return _default_robot() if path is None else load_toml(Path(path), RobotSpec)
+    if path is None:
+        return _default_robot()
+    try:
+        return load_toml(Path(path), RobotSpec)
+    except InputError as error:
+        if not any(fault.where.endswith(", session") for fault in error.faults):
+            raise
+        step = "Give the file that its table robot names; without that table the robot is the published fish."
+        fault = Fault(str(path), "", "describes a session, not a robot", expected="the file of a robot", next_step=step)
+        raise InputError([fault]) from None
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

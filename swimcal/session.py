@@ -253,6 +253,9 @@ def _read_session_file(folder: Path) -> TomlSource:
     path = folder / SESSION_FILE
     if not is_file(path):
         expected, step = f"a session folder with a {SESSION_FILE}", "Make one with `calib new`."
+        above = next((each for each in folder.absolute().parents[:2] if is_file(each / SESSION_FILE)), None)
+        if above is not None:
+            step = f"Give {above}, which has one."
         raise InputError([Fault(str(folder), "", f"no {SESSION_FILE} here", "", expected, next_step=step)])
     return TomlSource(path)
 

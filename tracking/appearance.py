@@ -197,8 +197,12 @@ def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
 
 
 def stands_out(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
-    """Return (m,) bool, the markers whose grey lies well beyond the levels around them; arguments as `lies_within`."""
-    return _margins(grey, centre_px, side_px)[0] >= ENOUGH
+    """Return (m,) bool, the markers whose grey lies well beyond the levels around them; arguments as `lies_within`.
+
+    A marker nearly as bright as one of two levels around it does not: it has no rim there.
+    """
+    margin, share = _margins(grey, centre_px, side_px)
+    return (margin >= ENOUGH) & (share >= _ALONE)
 
 
 def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:

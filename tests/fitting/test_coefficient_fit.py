@@ -107,12 +107,18 @@ def test_an_interval_that_a_bound_shortens_says_so(beyond_sd: float, sd: float) 
     [(-0.012, "12 % too fast in b", 0.0011), (0.02, "20 % too slow in b", 0.00064), (0.004, "", None)],
 )
 def test_a_time_step_that_changes_the_speed_is_flagged(lacks: float, told: str, step_s: float | None) -> None:
-    def block(name: str, time_step: float) -> SimpleNamespace:
-        trial = SimpleNamespace(trial=SimpleNamespace(name=name), twin=exact_twin())
-        return SimpleNamespace(model=trial, time_step=np.array([time_step]), features=np.array([0.1]))
+    """The speed is the twin's: the fish of trial b stays where it is, and the twin of trial c does."""
 
-    blocks = (block("a", 0.001), block("b", lacks))
-    mode = SimpleNamespace(blocks=blocks, model=SimpleNamespace(trials=[each.model for each in blocks]))
+    def block(name: str, time_step: float, measured: float) -> SimpleNamespace:
+        trial = SimpleNamespace(trial=SimpleNamespace(name=name), twin=exact_twin())
+        return SimpleNamespace(model=trial, time_step=np.array([time_step]), features=np.array([measured]))
+
+    blocks, twin = (block("a", 0.001, 0.1), block("b", lacks, 1e-4), block("c", 0.0003, 0.1)), (0.1, 0.1, 1e-5)
+    mode = SimpleNamespace(
+        blocks=blocks,
+        model=SimpleNamespace(trials=[each.model for each in blocks]),
+        simulated=lambda number: np.array([twin[number]]),
+    )
     found = TimeStepError.of(mode).flags  # type: ignore[arg-type]
     assert [flag.kind for flag in found] == (["time_step"] if told else [])
     assert all(told in flag.message and f"time_step_s = {step_s:g} " in flag.message for flag in found)
