@@ -25,14 +25,13 @@ _CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and 
 _COVERED = 1.1  # half sides of a box within which its own marker is seen
 _SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
+_NEARLY_ALL = 4.0, 96.0  # and if it must not
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
 
 _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # ring at the rim of a box, in half sides
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
-_BESIDE = (0.4, 0.6)  # shares of the contrast from which a second level around a marker counts, and counts in full
-_MOST_BESIDE = 0.75  # share of the contrast that it takes away at most
 _SMALLEST_PX = 4.0
 LEAST_CONTRAST = 1.0
 """Grey levels that a marker stands out by at least; else nothing could be a share of its contrast."""
@@ -199,20 +198,23 @@ def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
 def stands_out(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
     """Return (m,) bool, the markers whose grey lies well beyond the levels around them; arguments as `lies_within`.
 
-    A marker nearly as bright as one of two levels around it does not: it has no rim there.
+    A marker nearly as bright as one of two levels around it does not: it has no rim there. Nor does one on a narrow
+    tail that is brighter.
     """
-    margin, share = _margins(grey, centre_px, side_px)
+    margin, share = _margins(grey, centre_px, side_px, _NEARLY_ALL)
     return (margin >= ENOUGH) & (share >= _ALONE)
 
 
-def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+def _margins(
+    grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray, around: tuple[float, float] = _MOST
+) -> np.ndarray:
     """Measure the contrast of each marker, below 0 within the levels around it, and as a share of the largest, (2, m).
 
-    The largest is that to the farthest level around the marker.
+    The largest is that to the farthest level around the marker, between two percentiles of what is around it.
     """
     found = []
     for core, ring in _parts(grey, centre_px, side_px):
-        low, high = np.percentile(ring, _MOST)
+        low, high = np.percentile(ring, around)
         middle = float(np.median(core))
         margin = max(middle - high, low - middle)
         found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
@@ -270,20 +272,6 @@ def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarr
         rows.append(wide if wide[2] > _CLEARER * tight[2] else tight)
     sign, diameter, contrast = np.array(rows).T
     return Appearance(sign, diameter, contrast, np.ones(len(sign)))
-
-
-def compute_light_beside(other: np.ndarray, contrast: np.ndarray) -> np.ndarray:
-    """Return the light below which what is around a marker counts as none of its own, where that has two levels.
-
-    A dark nose on the tip of a bright body lies half over water, which is darker than the body too.
-
-    Args:
-        other: how far the level next to the marker's is from the farthest, in luma.
-        contrast: how far the marker is from the farthest, in luma.
-    """
-    low, high = _BESIDE
-    share = other / np.maximum(contrast, LEAST_CONTRAST)
-    return np.asarray(np.minimum(share, _MOST_BESIDE) * np.clip((share - low) / (high - low), 0, 1) * contrast)
 
 
 def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[float, float, float]:

@@ -6,9 +6,9 @@ from math import ceil
 
 import cv2
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_fill_holes
+from scipy.ndimage import binary_dilation, binary_fill_holes, gaussian_filter1d
 
-from tracking.appearance import Appearance, compute_light_beside, lies_within, measure_appearance, window, windows
+from tracking.appearance import Appearance, lies_within, measure_appearance, window, windows
 
 _WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
 _FAINTEST = 0.3  # share of the response that a marker of known contrast gives
@@ -20,8 +20,13 @@ _ROUNDS = 3, 5  # rounds of the centroid, each centred on the one before; the se
 _MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
 _FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
-_PARTS = (0.25, 0.7)  # quantiles of the ring's light that are the level of body or water, and that of the other
+_PARTS = (0.25, 0.9)  # quantiles of the ring's light that are the level of body or water, and that of the other
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
+_TWO = 0.25  # share of the known contrast from which the other level counts, in the direction where it is …
+_MOST_BEHIND = 0.75  # … up to this share
+_DIRECTIONS = 24  # directions around a marker
+_BLURRED = 1.0  # directions by which their levels are blurred
+_TINY = 1e-9  # so that nothing is divided by 0
 _SLACK_PX = 4  # excess size of a window
 _FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
 _BESIDE_ITS_DOT = 0.6  # diameters from a start box to its dot at most, …
@@ -65,7 +70,7 @@ class Streaks:
         speed = np.linalg.norm(velocity_px, axis=1)
         drawn = np.minimum(shutter * speed / diameter_px, _LONGEST)
         drawn[speed < _FAST * diameter_px] = 0.0
-        return cls(velocity_px / np.maximum(speed, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
+        return cls(velocity_px / np.maximum(speed, _TINY)[:, None], _CORE * drawn * diameter_px, drawn)
 
     def some(self, which: np.ndarray) -> "Streaks":
         """Return those of some of the markers, by (k,) bool or by number."""
@@ -260,9 +265,14 @@ def _centres_of(
     background, other = (level[:, None, None] for level in _levels(bright, ring))
     light = (bright - background) * mine
     _fill_holes(light, known, distance < _INNER * radius)
-    beside = compute_light_beside(other - background, known) if streaks is None else np.zeros_like(known)
-    floor = np.maximum(_FLOOR * known, beside)
-    counted = np.clip(light - floor, 0, known - floor)
+    peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    own = light / np.maximum(peak, 1.0)[:, None, None]
+    two = (other - background > _TWO * known)[:, 0, 0]
+    if streaks is None and two.any():
+        behind = _light_behind(light[two], ring[two], x[two], y[two], known[two])
+        own[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
+        light[two] = known[two] * (light[two] - behind) / (known[two] - behind)
+    counted = np.clip(light - _FLOOR * known, 0, (1 - _FLOOR) * known)
     rim = radius + (_MARGIN_PX + 0.5)
     cut = (~mine & (distance < rim)).any(axis=(1, 2))
     for _ in range(_ROUNDS[streaks is not None]):
@@ -274,11 +284,32 @@ def _centres_of(
             shift[cut] -= _centroid(disc, x[cut], y[cut])
         offset = offset + shift
         x, y, distance = _from(offset, away, streaks)
-    peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
-    own = (light - beside) / np.maximum(peak[:, None, None] - beside, 1.0)
     share = np.clip(own, 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
+
+
+def _light_behind(light: np.ndarray, ring: np.ndarray, x: np.ndarray, y: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the light (k, s, s) of what is behind each pixel of a marker: that of the ring in its direction.
+
+    A dark nose on the tip of a bright body lies half over water, which is darker than the body too; with one level for
+    both its rim is put too far out over the water.
+    """
+    turn = np.arctan2(y, x) / (2 * np.pi) * _DIRECTIONS
+    sector = np.floor(turn).astype(int)
+    rows = np.arange(len(light))[:, None, None]
+    place = (sector % _DIRECTIONS + _DIRECTIONS * rows).ravel()
+    sums, counts = (
+        gaussian_filter1d(
+            np.bincount(place, each.ravel(), len(light) * _DIRECTIONS).reshape(-1, _DIRECTIONS), _BLURRED, mode="wrap"
+        )
+        for each in (light * ring, ring.astype(float))
+    )
+    level = np.clip(sums / np.maximum(counts, _TINY), 0, _MOST_BEHIND * known[:, :, 0])
+    beyond = turn - sector - 0.5  # the middle of the sector, and the next one on that side
+    near = sector + np.where(beyond < 0, -1, 1)
+    here, there = (level[rows, number % _DIRECTIONS] for number in (sector, near))
+    return (here + np.abs(beyond) * (there - here)).astype(np.float32)
 
 
 def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None:
@@ -294,14 +325,14 @@ def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return (k, 2) of windows (k, s, s)."""
     columns, rows = weight.sum(axis=1), weight.sum(axis=2)
     moment = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
-    return moment / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
+    return moment / np.maximum(columns.sum(axis=1), _TINY)[:, None]
 
 
 def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return (k,) the squared length of the streak of a round thing: 12 times its variance along less that across."""
     ahead, aside = along[:, 0, None, None], along[:, 1, None, None]
     far, wide = x * ahead + y * aside, y * ahead - x * aside
-    return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+    return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), _TINY)
 
 
 def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
