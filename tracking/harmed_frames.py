@@ -73,6 +73,10 @@ steps before and of some after, and half as many in each. They do in the real tr
 robot's length, markers all stand still together only where 0.3 change."""
 AROUND = 2
 """Number of these steps."""
+WIDELY = 12
+"""Number of steps before and of steps after that say how often markers repeat by chance."""
+BY_CHANCE = 0.05
+"""So many frames of a trial may repeat by chance, as they do where few markers are rounded, and count as repeated."""
 TURNS_BACK = -0.8
 """Cosine between the steps before and after frames without motion, below which the tail turned back between them."""
 MOSTLY = 0.5
@@ -325,6 +329,7 @@ def repeated_rows(position_px: np.ndarray) -> np.ndarray:
         often[first : last + 1] = last - first < LONGEST and sides.min(initial=np.inf) >= FROZEN_MOTION_PX
         turns = first >= 2 and last + 1 < len(same) and _turns_back(position_px, first, last)
         surely = _moves_around(changed, first, last) and not turns
+        surely = surely and _repeats_by_chance(position_px, changed, first, last) < BY_CHANCE
         single[first : last + 1] = last - first + 2 < FROZEN_BETWEEN and surely
         if often[first]:
             back.append(turns)
@@ -376,6 +381,16 @@ def _moves_around(changed: np.ndarray, first: int, last: int) -> bool:
     if not len(before) == len(after) == AROUND:
         return False
     return bool(min(before.mean(), after.mean()) >= CHANGING and min(*before, *after) >= CHANGING / 2)
+
+
+def _repeats_by_chance(position_px: np.ndarray, changed: np.ndarray, first: int, last: int) -> float:
+    """Return how many frames of a trial would repeat the one before by chance, as around these: its places are rounded.
+
+    Arguments as `_moves_around`, and where the markers (n, m, 2) are.
+    """
+    around = np.concatenate([changed[max(first - 1 - WIDELY, 0) : first - 1], changed[last : last + WIDELY]])
+    numbers = int(np.isfinite(position_px[first]).sum())
+    return float(len(position_px) * (1 - around.mean()) ** numbers)
 
 
 def _turns_back(position_px: np.ndarray, first: int, last: int) -> bool:

@@ -41,6 +41,14 @@ def test_markers_rounded_to_pixels_may_rest_together_without_repeating_a_frame()
     assert not frozen_picture(slow).any()
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_few_noisy_markers_rounded_to_half_pixels_repeat_no_frame_by_chance(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    way = 25 * np.sin(np.arange(1600) / 16)[:, None, None] * np.array([0.01, 0.03, 1.0])[:, None] * [0.2, 1.0]
+    rounded = np.round(2 * (way + rng.normal(0.0, 0.4, way.shape))) / 2
+    assert not repeated_rows(rounded).any()
+
+
 def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
     position = moving()
     position[20:30] = position[20]
