@@ -20,9 +20,10 @@ _ROUNDS = 3, 5  # rounds of the centroid, each centred on the one before; the se
 _MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
 _FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
-_PARTS = (0.25, 0.9)  # quantiles of the ring's light that are the level of body or water, and that of the other
+_PARTS = (0.25, 0.7)  # quantiles of the ring's light that are the level of body or water, and that of the other
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _TWO = 0.25  # share of the known contrast from which the other level counts, in the direction where it is …
+_TWO_AT_FIRST = 0.4  # … and where the motion is not known: a streak has light on two sides …
 _MOST_BEHIND = 0.65  # … up to this share: a pale bar in front of a marker is none
 _DIRECTIONS = 24  # directions around a marker
 _BLURRED = 1.0  # directions by which their levels are blurred
@@ -239,7 +240,8 @@ def measure_centres(
     for group in (large & ~drawn, ~large & ~drawn, drawn):  # a window is as wide as the widest needs it
         if group.any():
             own = streaks.some(group) if streaks is not None and (group & drawn).any() else None
-            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own)
+            two = _TWO_AT_FIRST if streaks is None else _TWO
+            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own, two)
             centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found[:3]
             if own is not None:
                 centres.streak_px2[group] = found[3]
@@ -247,9 +249,17 @@ def measure_centres(
 
 
 def _centres_of(
-    luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance, streaks: Streaks | None
+    luma: np.ndarray,
+    position_px: np.ndarray,
+    others_px: np.ndarray,
+    look: Appearance,
+    streaks: Streaks | None,
+    two_levels: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """Measure centres as `measure_centres`, of markers of about one size; return the fields of `Centres`."""
+    """Measure centres as `measure_centres`, of markers of about one size; return the fields of `Centres`.
+
+    From the share `two_levels` of a marker's contrast on, what is around it has two levels.
+    """
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     thinner = 1.0 if streaks is None else streaks.thinner
     known = (look.contrast / thinner).astype(np.float32)[:, None, None]
@@ -267,7 +277,7 @@ def _centres_of(
     _fill_holes(light, known, distance < _INNER * radius)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     own = light / np.maximum(peak, 1.0)[:, None, None]
-    two = (other - background > _TWO * known)[:, 0, 0]
+    two = (other - background > two_levels * known)[:, 0, 0]
     if streaks is None and two.any():
         behind = _light_behind(light[two], ring[two], x[two], y[two], known[two])
         own[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
