@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_fill_holes, gaussian_filter1d
 
-from tracking.appearance import Appearance, lies_within, measure_appearance, window, windows
+from tracking.appearance import ENOUGH, Appearance, lies_within, measure_appearance, window, windows
 
 _WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
 _FAINTEST = 0.3  # share of the response that a marker of known contrast gives
@@ -30,8 +30,9 @@ _BLURRED = 1.0  # directions by which their levels are blurred
 _TINY = 1e-9  # so that nothing is divided by 0
 _SLACK_PX = 4  # excess size of a window
 _FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
-_BESIDE_ITS_DOT = 0.6  # diameters from a start box to its dot at most, …
-_BESIDE_PX = 2.0  # … and px more
+_BESIDE_PX = 2.0  # px and a diameter from a start box to its dot at most
+_NOTHING = 0.15  # share of the usual contrast below which the answer in a box is none …
+_LIKE_MOST = 0.5  # … and from which a dot beside it answers like a marker
 _CLEARLY_MORE = 1.3  # times that a dot answers more strongly than what is in the box beside it
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
@@ -128,8 +129,8 @@ def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Ap
 def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> np.ndarray:
     """Return the centres (k, 2) of start boxes, each that lies beside its dot moved onto the dot.
 
-    What is in such a box is bright where most markers are dark, or dark where most are bright, and a free dot like
-    most lies hardly farther off than its own rim, and stands out more.
+    What is in such a box is bright where most markers are dark, or dark where most are bright, or nothing; and a free
+    dot like most lies hardly farther off than it is wide, and stands out more.
 
     Args:
         luma: (h, w) uint8 picture.
@@ -138,19 +139,23 @@ def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) 
     """
     look = measure_appearance(luma, centre_px, box_px)
     usual = 1.0 if (look.sign > 0).mean() > 0.5 else -1.0
-    odd = np.flatnonzero(look.sign != usual)
-    alike = look.of((look.sign == usual) & ~lies_within(luma, centre_px, box_px))
-    if not len(odd) or len(alike.sign) < _FEWEST_ALIKE:
+    odd = look.sign != usual
+    alike = look.of(~odd & ~lies_within(luma, centre_px, box_px))
+    if len(alike.sign) < _FEWEST_ALIKE:
         return centre_px
     diameter, contrast = (float(np.median(each)) for each in (alike.diameter_px, alike.contrast))
+    answer = strongest_answer(luma, centre_px, 1, usual, diameter)
+    empty = ~odd & (answer < _NOTHING * contrast) & (contrast >= ENOUGH)
     wanted = Appearance(*np.array([[usual], [diameter], [contrast], [1.0]]))
     moved = centre_px.astype(float)
-    for marker in odd.tolist():
-        own = strongest_answer(luma, centre_px[[marker]], 1, -usual, float(look.diameter_px[marker]))[0]
-        reach = np.array([_BESIDE_ITS_DOT * diameter + _BESIDE_PX])
-        spots = find_spots(luma, moved[[marker]], reach, wanted)
+    for marker in np.flatnonzero(odd | empty).tolist():
+        if empty[marker]:
+            own = max(float(answer[marker]), 0.0)
+        else:
+            own = strongest_answer(luma, centre_px[[marker]], 1, -usual, float(look.diameter_px[marker]))[0]
+        spots = find_spots(luma, moved[[marker]], np.array([diameter + _BESIDE_PX]), wanted)
         spots = spots.away_from(np.delete(moved, marker, axis=0), diameter / 2)
-        clear = spots.strength * contrast > _CLEARLY_MORE * own
+        clear = spots.strength * contrast > max(_CLEARLY_MORE * own, _LIKE_MOST * contrast)
         if clear.any():
             away = np.where(clear, np.linalg.norm(spots.position_px - centre_px[marker], axis=1), np.inf)
             moved[marker] = spots.position_px[away.argmin()]

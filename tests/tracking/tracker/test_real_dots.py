@@ -142,6 +142,19 @@ def test_a_start_box_beside_its_dot_is_moved_onto_it_and_said(beside: float) -> 
     assert not doubtful_boxes(luma, StartBoxes(0, right), NAMES)
 
 
+@pytest.mark.parametrize("beside", [1.0, *later(0.9, 1.1)])
+def test_a_start_box_between_two_dots_goes_to_the_nearer_one(beside: float) -> None:
+    clip = Clip(dots=(BLACK,) * 5, body=STRIP)
+    luma, places = cv2.cvtColor(clip.frame(0), cv2.COLOR_RGB2GRAY), clip.places(0)
+    centres = places.copy()
+    centres[2, 0] += beside * 16.0
+    _, first = MarkerTracker.begin(luma, centres, np.full(5, 16.0), use_csrt=False)
+
+    assert np.linalg.norm(first.position_px - places, axis=1).max() < 0.5
+    boxes = StartBoxes(0, {name: Box.around(at, 16.0) for name, at in zip(NAMES, centres, strict=True)})
+    assert "beside a dot like the other markers" in " ".join(f.message for f in doubtful_boxes(luma, boxes, NAMES))
+
+
 def test_white_bubbles_are_no_red_dots(tmp_path: Path) -> None:
     clip = Clip(dots=((225, 60, 30),) * 5, off_px=7.0, wall=(45, 80, 120), bubbles=7)
     off = clip.off(tmp_path)
