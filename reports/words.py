@@ -27,7 +27,10 @@ _LABELS = {
     "large": "EBT, large amplitude",
 }
 
-_FAR = 2.0  # excess of the twin's speed, of the measured one, from which a percentage says nothing
+_FAR = 2.0
+"""Share by which a twin's speed exceeds the measured one, from which a percentage says nothing."""
+_ALIKE_M_S = 5e-5
+"""Difference of two errors of speed that is shown as 0.0 mm/s."""
 _MISSED = 0.1
 """Largest relative error of a fit trial's speed with which the twin still describes the robot."""
 
@@ -196,13 +199,15 @@ def holds_against_rules(forecasts: SessionForecast) -> bool:
 def compared_with_best(forecasts: SessionForecast) -> str:
     """Say whether the exported twin is better than the best simple rule; empty without a rule.
 
-    The four cases: better; better, but not significantly; worse, but not significantly; worse.
+    The cases: as good; better; better, but not significantly; worse, but not significantly; worse.
     """
     if not (best := forecasts.best_baseline):
         return ""
     gain, name = forecasts.gain_of_twin(best), MODELS[best]
     if not isfinite(gain.mean):
         return ""
+    if abs(gain.mean) < _ALIKE_M_S:
+        return f"The twin is as good as the best simple rule, {name}: their errors differ by less than 0.1 mm/s."
     how = "better" if gain.mean > 0 else "worse"
     sure = gain.interval is not None and gain.interval[0] * gain.interval[1] > 0
     ends = "" if gain.interval is None else f" (90 % interval {spanned(*gain.interval, in_mm)})"

@@ -218,6 +218,9 @@ def test_a_misspelt_marker_is_one_fault_not_one_of_every_file(tmp_path: Path) ->
 def test_a_folder_without_a_session_says_how_to_make_one(tmp_path: Path) -> None:
     assert "no session.toml here; expected a session folder with a session.toml" in faults_of(tmp_path)
     assert "Make one with `calib new`." in faults_of(tmp_path / "none")
+    make_session(tmp_path / "pool")
+    for inside in ("trials", "results/fit.json"):
+        assert f"Give {tmp_path / 'pool'}, which has one." in faults_of(tmp_path / "pool" / inside)
 
 
 EXCHANGED = 'names = ["neck", "nose", "tail_1"]'

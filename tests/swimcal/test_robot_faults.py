@@ -195,3 +195,11 @@ def test_one_broken_value_gives_a_robot_that_builds_or_a_clear_error(number: int
     except InputError:
         return
     build_mjcf(robot).compile()
+
+
+def test_a_session_file_given_as_a_robot_is_called_that(tmp_path: Path) -> None:
+    path = tmp_path / "session.toml"
+    path.write_text('[session]\nname = "pool"\n\n[camera]\nfps = 60\n')
+    with pytest.raises(InputError, match="describes a session, not a robot") as caught:
+        load_robot(path)
+    assert len(caught.value.faults) == 1
