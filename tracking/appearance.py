@@ -25,7 +25,7 @@ _CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and 
 _COVERED = 1.1  # half sides of a box within which its own marker is seen
 _SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
-_NEARLY_ALL = 4.0, 96.0  # and if it must not
+_NEARLY_ALL = 4.0, 96.0  # the same where it must touch none
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
 
 _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
