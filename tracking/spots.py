@@ -140,12 +140,14 @@ def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) 
     look = measure_appearance(luma, centre_px, box_px)
     usual = 1.0 if (look.sign > 0).mean() > 0.5 else -1.0
     odd = look.sign != usual
-    alike = look.of(~odd & ~lies_within(luma, centre_px, box_px))
+    like_most = ~odd & ~lies_within(luma, centre_px, box_px)
+    alike = look.of(like_most)
     if len(alike.sign) < _FEWEST_ALIKE:
         return centre_px
     diameter, contrast = (float(np.median(each)) for each in (alike.diameter_px, alike.contrast))
     answer = strongest_answer(luma, centre_px, 1, usual, diameter)
-    empty = ~odd & (answer < _NOTHING * contrast) & (contrast >= ENOUGH)
+    clear_film = contrast >= ENOUGH and float(np.median(answer[like_most])) >= _LIKE_MOST * contrast
+    empty = ~odd & (answer < _NOTHING * contrast) & clear_film
     wanted = Appearance(*np.array([[usual], [diameter], [contrast], [1.0]]))
     moved = centre_px.astype(float)
     for marker in np.flatnonzero(odd | empty).tolist():
