@@ -307,22 +307,20 @@ def _centres_of(
 
 
 def _light_behind(light: np.ndarray, ring: np.ndarray, x: np.ndarray, y: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return the light (k, s, s) of what is behind each pixel of a marker: that of the ring in its direction.
+    """Return the light (k, s, s) of what is behind each pixel of a marker: the least of the ring in its direction.
 
     A dark nose on the tip of a bright body lies half over water, which is darker than the body too; with one level for
-    both its rim is put too far out over the water.
+    both its rim is put too far out over the water. On a base of its own a marker has the base behind it all around.
     """
     turn = np.arctan2(y, x) / (2 * np.pi) * _DIRECTIONS
     sector = np.floor(turn).astype(int)
     rows = np.arange(len(light))[:, None, None]
     place = (sector % _DIRECTIONS + _DIRECTIONS * rows).ravel()
-    sums, counts = (
-        gaussian_filter1d(
-            np.bincount(place, each.ravel(), len(light) * _DIRECTIONS).reshape(-1, _DIRECTIONS), _BLURRED, mode="wrap"
-        )
-        for each in (light * ring, ring.astype(float))
-    )
-    level = np.clip(sums / np.maximum(counts, _TINY), 0, _MOST_BEHIND * known[:, :, 0])
+    least = np.full(len(light) * _DIRECTIONS, np.inf)
+    np.minimum.at(least, place, np.where(ring, light, np.inf).ravel())
+    least = np.where(np.isfinite(least), least, 0.0).reshape(-1, _DIRECTIONS)
+    least = gaussian_filter1d(least, _BLURRED, mode="wrap")
+    level = np.clip(least, 0, _MOST_BEHIND * known[:, :, 0])
     beyond = turn - sector - 0.5  # the middle of the sector, and the next one on that side
     near = sector + np.where(beyond < 0, -1, 1)
     here, there = (level[rows, number % _DIRECTIONS] for number in (sector, near))
