@@ -318,9 +318,8 @@ def _light_behind(light: np.ndarray, ring: np.ndarray, x: np.ndarray, y: np.ndar
     place = (sector % _DIRECTIONS + _DIRECTIONS * rows).ravel()
     least = np.full(len(light) * _DIRECTIONS, np.inf)
     np.minimum.at(least, place, np.where(ring, light, np.inf).ravel())
-    least = np.where(np.isfinite(least), least, 0.0).reshape(-1, _DIRECTIONS)
-    least = gaussian_filter1d(least, _BLURRED, mode="wrap")
-    level = np.clip(least, 0, _MOST_BEHIND * known[:, :, 0])
+    around = np.where(np.isfinite(least), least, 0.0).reshape(-1, _DIRECTIONS)
+    level = np.clip(gaussian_filter1d(around, _BLURRED, mode="wrap"), 0, _MOST_BEHIND * known[:, :, 0])
     beyond = turn - sector - 0.5  # the middle of the sector, and the next one on that side
     near = sector + np.where(beyond < 0, -1, 1)
     here, there = (level[rows, number % _DIRECTIONS] for number in (sector, near))
