@@ -384,9 +384,13 @@ def _moves_around(changed: np.ndarray, first: int, last: int) -> bool:
 
 
 def _repeats_by_chance(position_px: np.ndarray, changed: np.ndarray, first: int, last: int) -> float:
-    """Return how many frames of a trial would repeat the one before by chance, as around these: its places are rounded.
+    """Return how many frames of a trial would repeat the one before by chance, as places may be rounded.
 
-    Arguments as `_moves_around`, and where the markers (n, m, 2) are.
+    Args:
+        position_px: (n, m, 2) where the markers are.
+        changed: (n - 1,) share of their numbers that change in each step.
+        first: first frame in which they do not move.
+        last: last such frame.
     """
     around = np.concatenate([changed[max(first - 1 - WIDELY, 0) : first - 1], changed[last : last + WIDELY]])
     numbers = int(np.isfinite(position_px[first]).sum())

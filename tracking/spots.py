@@ -22,17 +22,17 @@ _FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
 _PARTS = (0.25, 0.7)  # quantiles of the ring's light that are the level of body or water, and that of the other
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
-_TWO = 0.25  # share of the known contrast from which the other level counts, in the direction where it is …
-_TWO_AT_FIRST = 0.4  # … and where the motion is not known: a streak has light on two sides …
-_MOST_BEHIND = 0.65  # … up to this share: a pale bar in front of a marker is none
-_DIRECTIONS = 24  # directions around a marker
-_BLURRED = 1.0  # directions by which their levels are blurred
+_SECOND = 0.25  # share of the known contrast from which what is around a marker has a second level
+_SECOND_AT_FIRST = 0.4  # the same while its motion is not known: a streak has light on two sides
+_MOST_BEHIND = 0.65  # largest share of the known contrast that lies behind: a pale bar in front of a marker does not
+_DIRECTIONS = 24  # directions in which the light behind a marker is measured
+_BLURRED = 1.0  # directions by which that light is blurred
 _TINY = 1e-9  # so that nothing is divided by 0
 _SLACK_PX = 4  # excess size of a window
 _FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
 _BESIDE_PX = 2.0  # px and a diameter from a start box to its dot at most
-_NOTHING = 0.15  # share of the usual contrast below which the answer in a box is none …
-_LIKE_MOST = 0.5  # … and from which a dot beside it answers like a marker
+_NOTHING = 0.15  # share of the usual contrast below which nothing in a box answers like a marker
+_LIKE_MOST = 0.5  # share of the usual contrast from which a dot answers like most markers
 _CLEARLY_MORE = 1.3  # times that a dot answers more strongly than what is in the box beside it
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
@@ -140,14 +140,14 @@ def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) 
     look = measure_appearance(luma, centre_px, box_px)
     usual = 1.0 if (look.sign > 0).mean() > 0.5 else -1.0
     odd = look.sign != usual
-    like_most = ~odd & ~lies_within(luma, centre_px, box_px)
-    alike = look.of(like_most)
+    common = ~odd & ~lies_within(luma, centre_px, box_px)
+    alike = look.of(common)
     if len(alike.sign) < _FEWEST_ALIKE:
         return centre_px
     diameter, contrast = (float(np.median(each)) for each in (alike.diameter_px, alike.contrast))
     answer = strongest_answer(luma, centre_px, 1, usual, diameter)
-    clear_film = contrast >= ENOUGH and float(np.median(answer[like_most])) >= _LIKE_MOST * contrast
-    empty = ~odd & (answer < _NOTHING * contrast) & clear_film
+    distinct = contrast >= ENOUGH and float(np.median(answer[common])) >= _LIKE_MOST * contrast
+    empty = ~odd & (answer < _NOTHING * contrast) & distinct
     wanted = Appearance(*np.array([[usual], [diameter], [contrast], [1.0]]))
     moved = centre_px.astype(float)
     for marker in np.flatnonzero(odd | empty).tolist():
@@ -247,8 +247,8 @@ def measure_centres(
     for group in (large & ~drawn, ~large & ~drawn, drawn):  # a window is as wide as the widest needs it
         if group.any():
             own = streaks.some(group) if streaks is not None and (group & drawn).any() else None
-            two = _TWO_AT_FIRST if streaks is None else _TWO
-            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own, two)
+            second = _SECOND_AT_FIRST if streaks is None else _SECOND
+            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own, second)
             centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found[:3]
             if own is not None:
                 centres.streak_px2[group] = found[3]
@@ -261,11 +261,11 @@ def _centres_of(
     others_px: np.ndarray,
     look: Appearance,
     streaks: Streaks | None,
-    two_levels: float,
+    second: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Measure centres as `measure_centres`, of markers of about one size; return the fields of `Centres`.
 
-    From the share `two_levels` of a marker's contrast on, what is around it has two levels.
+    From the share `second` of a marker's contrast on, what is around it has a second level.
     """
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     thinner = 1.0 if streaks is None else streaks.thinner
@@ -283,11 +283,11 @@ def _centres_of(
     light = (bright - background) * mine
     _fill_holes(light, known, distance < _INNER * radius)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
-    own = light / np.maximum(peak, 1.0)[:, None, None]
-    two = (other - background > two_levels * known)[:, 0, 0]
+    lit = light / np.maximum(peak, 1.0)[:, None, None]
+    two = (other - background > second * known)[:, 0, 0]
     if streaks is None and two.any():
         behind = _light_behind(light[two], ring[two], x[two], y[two], known[two])
-        own[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
+        lit[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
         light[two] = known[two] * (light[two] - behind) / (known[two] - behind)
     counted = np.clip(light - _FLOOR * known, 0, (1 - _FLOOR) * known)
     rim = radius + (_MARGIN_PX + 0.5)
@@ -302,7 +302,7 @@ def _centres_of(
         offset = offset + shift
         x, y, distance = _from(offset, away, streaks)
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
-    share = np.clip(own, 0, 1) * (distance < _REACH * radius + _RING[0])
+    share = np.clip(lit, 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
 
 
