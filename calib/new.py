@@ -209,8 +209,9 @@ def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
     if info.has_clock:
         trial.time_s = info.time_s
     size = f"{info.width_px} x {info.height_px} px"
-    rate = f"{info.fps:.4g} frames a second" if info.has_clock else f"{fps:g} frames a second, as given"
-    trial.comments.append(f"{path.name}: {info.frames} frames, {size}, {rate}")
+    usual = _rate(info.time_s) if info.has_clock and info.frames > 1 else info.fps
+    rate = f"{usual:.4g} frames a second" if info.has_clock else f"{fps:g} frames a second, as given"
+    trial.comments.append(f"{_in_a_line(path)}: {info.frames} frames, {size}, {rate}")
     if not info.is_square:
         trial.comments.append(f"stored with pixels {info.pixel_aspect:.3f} times as wide as high, made square")
 
@@ -235,7 +236,7 @@ def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None,
         trial.time_s = own.time.values
     if trial.time_s is None and fps is None:
         trial.time_s = own.time.values
-    name = "" if is_data else f"{Path(given).name}: "
+    name = "" if is_data else f"{_in_a_line(Path(given))}: "
     trial.comments.append(f"{name}tracks, {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
     if others:
         trial.notes.append(f"left out, as {robot.name} has no such markers: {', '.join(others)}")
@@ -350,7 +351,7 @@ def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
         if own is None:
             kept.append(path)
         else:
-            notes.append(f"left out: {path.name}, the camera's small copy of {own.name}")
+            notes.append(f"left out: {_in_a_line(path)}, the camera's small copy of {_in_a_line(own)}")
     return kept, notes
 
 
@@ -368,13 +369,7 @@ def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool)
     Raises:
         InputError: a file is given twice.
     """
-    faults = FaultCollector("the files")
-    for option, paths in (("--videos", videos), ("--tracks", () if are_names else tracks)):
-        seen: dict[Path, Path] = {}
-        for path in paths:
-            if (first := seen.setdefault(path.resolve(), path)) is not path:
-                faults.add(option, "a file is given twice", found=f"{first} and {path}", expected="each once")
-    faults.raise_if_any()
+    _check_paths({"--videos": videos, "--tracks": () if are_names else tracks})
     plain = [[_safe(_stem(path)) for path in videos], [_safe(str(p) if are_names else _stem(p)) for p in tracks]]
     names = [list(kind) for kind in plain]
     clashing = {key for kind in plain for key, same in groupby(sorted(map(str.casefold, kind))) if len([*same]) > 1}
@@ -395,6 +390,32 @@ def _is_copy(copy: Path, video: Path) -> bool:
     number = re.search(r"\d{4,}", copy.stem)
     same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
     return copy.parent == video.parent and same
+
+
+def _check_paths(given: Mapping[str, Sequence[Path]]) -> None:
+    """Check that each file is given once, by a name that can be written down."""
+    faults = FaultCollector("the files")
+    for option, paths in given.items():
+        seen: dict[Path, Path] = {}
+        for path in paths:
+            try:
+                str(path).encode()
+                first = seen.setdefault(path.resolve(), path)
+            except UnicodeEncodeError:
+                shown = str(path).encode(errors="backslashreplace").decode()
+                faults.add(option, "a name that is not UTF-8", found=shown, next_step="Rename the file.")
+            except (OSError, RuntimeError):
+                step = "Links lead to one another: give the file itself."
+                faults.add(option, "a link that leads nowhere", found=str(path), next_step=step)
+            else:
+                if first is not path:
+                    faults.add(option, "a file is given twice", found=f"{first} and {path}", expected="each once")
+    faults.raise_if_any()
+
+
+def _in_a_line(path: Path) -> str:
+    """Show the name of a file in one line of a comment."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in path.name)
 
 
 def _stem(path: Path) -> str:

@@ -200,40 +200,46 @@ class Discrepancy:
             heavy = {str(name): (float(times), float(share)) for name, (times, share) in tails}
             return cls(directions, common, by_name, stands["beat"], heavy)
 
-    def over(self, model: SessionModel) -> np.ndarray:
+    def over(self, model: SessionModel, alike: np.ndarray | None = None) -> np.ndarray:
         """Return the covariance (k, k) of the residual of a model's features.
 
         Runs with the head clamped in air have nothing in common with swims. Where features hold the course, each trial
         has its own, and so has each marker of its sliding.
+
+        Args:
+            model: the trials.
+            alike: (t, t) share that each two trials have in common of what otherwise each has to itself; default none.
         """
         trials = model.trials
         hertz = np.array([each.trial.frequency.hz for each in trials])
         clamped = np.array([each.twin.scene.head_clamped for each in trials])
         count, length, whole = len(trials), len(self.directions), len(trials[0].measured)
         result = np.zeros((count, whole, count, whole))
-        of_features = self.of_features(hertz, model.phase_rad).reshape(count, length, count, length)
+        of_features = self.of_features(hertz, model.phase_rad, alike).reshape(count, length, count, length)
         result[:, :length, :, :length] = of_features * np.equal.outer(clamped, clamped)[:, None, :, None]
         slides = max(whole - length - len(COURSE_SD), 0)
         course = np.diag(np.square([*(SLIDE_SD_M_S,) * slides, *COURSE_SD]))[: whole - length, : whole - length]
         result[:, length:, :, length:] = np.einsum("ij,ab->iajb", np.eye(count), course)
         return result.reshape(count * whole, -1)
 
-    def of_features(self, hertz: np.ndarray, phase_rad: np.ndarray) -> np.ndarray:
+    def of_features(self, hertz: np.ndarray, phase_rad: np.ndarray, alike: np.ndarray | None = None) -> np.ndarray:
         """Return the covariance (t g, t g) of the residual of swims.
 
         Args:
             hertz: (t,) frequencies of the swims, Hz.
             phase_rad: (t,) phases at which their tails begin.
+            alike: as in `over`.
         """
         turned = advance_phase(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
-        shared = self.shared(hertz)
+        shared = self.shared(hertz, alike)
         size = turned[0].size
         return np.einsum("qia,ijq,qjb->iajb", turned, shared, turned, optimize=True).reshape(size, size)
 
-    def shared(self, hertz: np.ndarray) -> np.ndarray:
-        """Return the correlations (t, t, q) between swims at frequencies (t,)."""
+    def shared(self, hertz: np.ndarray, alike: np.ndarray | None = None) -> np.ndarray:
+        """Return the correlations (t, t, q) between swims at frequencies (t,); (t, t) `alike` as in `over`."""
         everywhere, near = self.common.T
-        own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - near)
+        together = np.eye(len(hertz)) if alike is None else alike
+        own = together[:, :, None] * (1 - everywhere - near)
         return everywhere + nearness(hertz)[:, :, None] * near + own
 
     def common_columns(self, signatures: Iterable[Signature]) -> np.ndarray:

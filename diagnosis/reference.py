@@ -6,14 +6,17 @@ trials are conditional on those of the reference (Rasmussen and Williams 2006, e
 have in common cancels: the error of the twin's water first of all. In the joint covariance:
 
 - what both share: coefficients and robot as in any session, the span of the responses of all effects, `SHARED_SD` prior
-  standard deviations wide, and an error of no particular cause that is smooth over frequency;
-- what differs from launch to launch: a little of every effect, trim, course, and a tilted camera's scale;
-- noise, boxes and the twin's own discrepancy, as in any session.
+  standard deviations wide, and an error of no particular cause that is smooth over frequency; trials at one command
+  share a response, the mean of theirs;
+- what differs from launch to launch: a little of every effect, trim, course, a tilted camera's scale, and how far the
+  responses of trials at one command differ, as a twin is not quite smooth in its numbers;
+- noise, boxes and the twin's own discrepancy, as in any session; at one command most of it comes again.
 
 The sizes of the smooth error, of the discrepancy and of what differs between launches are those that the reference
 makes likeliest. A few swims do not tell how wrong that covariance is of other launches at other commands: all that is
 not foretold is wider by what the reference's swims miss of each other (`Comparison.leave_one_out_error`), or by more
-still (`assumptions`).
+still (`assumptions`). Nor do they tell whether the pool's water stands still: the twin's own error looks like a current
+where few swims go few ways, and foretells wrong speeds of others. So both are weighed.
 
 A strong change is not linear in its strength. `weigh_refits` therefore refits the few likeliest effects by simulation,
 and weighs them by what they leave: normal noise, an unknown effect besides, and the effect's form error, a share of
@@ -28,7 +31,7 @@ effect changed: two that act together are `unexplained`, or the stronger one bes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +43,12 @@ from diagnosis.constants import (
     CLEAR_CHANGE,
     ERROR_SIZES,
     LAUNCH_SIZES,
+    OF_COMMAND,
+    OF_COMMAND_M,
+    ONE_COMMAND,
     SHARED_SD,
     SMOOTH_SIZES_M,
+    TRIM,
     USUAL_BETWEEN_LAUNCHES,
     WIDER_IN_CHANGED,
 )
@@ -72,14 +79,17 @@ class Sizes(NamedTuple):
     Attributes:
         error: size of the twin's own discrepancy, against most sessions.
         smooth_m: size of the error of no particular cause that both sessions share, m.
-        launch: size of what differs from launch to launch, but for the drive, against the usual.
+        launch: size of what differs from launch to launch, but for the drive, against the usual; the trim differs by
+            the usual at least.
         wider: factor on the standard deviation of all that the reference does not foretell of another session.
+        moving: whether both sessions may share what moves a fish otherwise at each heading, as a current does.
     """
 
     error: float
     smooth_m: float
     launch: float
     wider: float = 1.0
+    moving: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,12 +161,15 @@ class Comparison:
 
     @cached_property
     def sizes(self) -> Sizes:
-        """The sizes that the reference makes likeliest."""
+        """The sizes that the reference makes likeliest, where both sessions may share a current."""
+        return self._likeliest(moving=True)
+
+    def _likeliest(self, *, moving: bool) -> Sizes:
         places = self._places(self._numbers("reference"), "reference")
         residual = self.joint.residual[places]
         found = {}
         for error, smooth_m, launch in product(ERROR_SIZES, SMOOTH_SIZES_M, LAUNCH_SIZES):
-            sizes = Sizes(error, smooth_m, launch)
+            sizes = Sizes(error, smooth_m, launch, moving=moving)
             known = cho_factor(self._covariance(sizes, places), lower=True)
             deviance = float(residual @ cho_solve(known, residual)) + 2 * float(np.log(np.diag(known[0])).sum())
             chance = ERROR_SIZES[error] * SMOOTH_SIZES_M[smooth_m] * LAUNCH_SIZES[launch]
@@ -191,10 +204,13 @@ class Comparison:
         return float(np.sqrt(squares / count))
 
     def assumptions(self) -> tuple[Assumed, ...]:
-        """Return the model of the changed session for every width that what is not foretold may have."""
-        found = self.sizes
+        """Return the model of the changed session for each width of what is not foretold, in still and moving water."""
+        found = (self.sizes, self._likeliest(moving=False)) if self._moving else (self.sizes,)
         return tuple(
-            Assumed(float(np.log(chance)), self.model_of("changed", found._replace(wider=wider * found.wider)))
+            Assumed(
+                float(np.log(chance / len(found))), self.model_of("changed", each._replace(wider=wider * each.wider))
+            )
+            for each in found
             for wider, chance in WIDER_IN_CHANGED.items()
         )
 
@@ -277,13 +293,16 @@ class Comparison:
     def _covariance(self, sizes: Sizes, places: np.ndarray) -> np.ndarray:
         """Return the covariance of some numbers of the joint row; what is not observed foretells nothing."""
         square = np.ix_(places, places)
-        shared = self._shared[places]
+        shared = self._shared(moving=sizes.moving)[places]
         every = (
             self._known[square]
             + sizes.error**2 * self._of_twin[square]
             + shared @ shared.T
+            + self._rough[square]
             + sizes.smooth_m**2 * self._smooth[square]
+            + OF_COMMAND_M**2 * self._of_command[square]
             + sizes.launch**2 * self._of_launch[square]
+            + max(sizes.launch, 1.0) ** 2 * self._of_trim[square]
             + self._of_drive[square]
         )
         return apart(every, self.joint.observed[places])
@@ -295,8 +314,10 @@ class Comparison:
 
     @cached_property
     def _of_twin(self) -> np.ndarray:
-        """Covariance (k, k) of the twin's own discrepancy in most sessions."""
-        return self._padded(self.joint.discrepancy.over(self.joint.model))
+        """Covariance (k, k) of the twin's own discrepancy in most sessions; it comes again at the same command."""
+        alike = OF_COMMAND * self._together
+        np.fill_diagonal(alike, 1.0)
+        return self._padded(self.joint.discrepancy.over(self.joint.model, alike))
 
     @cached_property
     def _slopes(self) -> Mapping[str, np.ndarray]:
@@ -310,47 +331,112 @@ class Comparison:
         return found
 
     @cached_property
-    def _shared(self) -> np.ndarray:
-        """Columns (k, c) of what both sessions share: the coefficients, and all that effects do."""
-        return np.hstack([self.joint.slopes * PRIOR_SD, *(SHARED_SD * part for part in self._slopes.values())])
+    def _responses(self) -> Mapping[str, "_Response"]:
+        """What both sessions share, `SHARED_SD` wide, by the effect's name; "" are the coefficients."""
+        every = {"": self.joint.slopes * PRIOR_SD}
+        every |= {name: SHARED_SD * part for name, part in self._slopes.items()}
+        by_way = {each.effect.name for each in self.signatures if each.effect.stage == "camera"} | set(self._moving)
+        return {
+            name: _Response.of(part, self.joint.model, () if name in by_way else self._at_one_command)
+            for name, part in every.items()
+        }
+
+    @cached_property
+    def _at_one_command(self) -> tuple[list[int], ...]:
+        """Numbers of the trials at one command, of both sessions, for each command with several."""
+        ln_hz = np.log([each.trial.frequency.hz for each in self.joint.model.trials])
+        clamped = np.array([each.twin.scene.head_clamped for each in self.joint.model.trials])
+        found: list[list[int]] = []
+        for kind in (False, True):
+            numbers = [int(i) for i in np.argsort(ln_hz, kind="stable") if clamped[i] == kind]
+            ends = [0, *(np.flatnonzero(np.diff(ln_hz[numbers]) > ONE_COMMAND) + 1), len(numbers)]
+            found += [numbers[first:last] for first, last in pairwise(ends)]
+        return tuple(each for each in found if len(each) > 1)
+
+    @property
+    def _moving(self) -> tuple[str, ...]:
+        """Names of the effects that move the fish otherwise at each heading."""
+        effects = [each.effect for each in self.signatures]
+        return tuple(each.name for each in effects if each.stage != "camera" and "in_trial" in each.enters())
+
+    def _shared(self, *, moving: bool) -> np.ndarray:
+        """Return columns (k, c) of what both sessions share."""
+        left_out = () if moving else self._moving
+        return np.hstack([each.shared for name, each in self._responses.items() if name not in left_out])
+
+    @cached_property
+    def _rough(self) -> np.ndarray:
+        """Covariance (k, k) of what the responses of single trials differ by from those at their command."""
+        own = np.hstack([each.own for each in self._responses.values()]) / SHARED_SD
+        return np.asarray((own @ own.T) * self._in_one_trial)
+
+    @cached_property
+    def _in_one_trial(self) -> np.ndarray:
+        """Whether two numbers of the row are of one trial, (k, k)."""
+        trial_of = self.joint.trial_of
+        return np.asarray(np.equal.outer(trial_of, trial_of) & (trial_of >= 0))
 
     @cached_property
     def _of_launch(self) -> np.ndarray:
-        """Covariance (k, k) of what usually differs from launch to launch, but for the drive."""
-        model = self.joint.model
-        found = self._between_launches(of_drive=False) + self._padded(np.diag(scatter_of_launch(model) ** 2))
+        """Covariance (k, k) of what usually differs from launch to launch, but for drive and trim."""
+        model, driving = self.joint.model, self._driving
+        found = self._between_launches([name for name in self._slopes if name not in (*driving, TRIM)])
+        found += self._padded(np.diag(scatter_of_launch(model) ** 2))
         creeps = model.places_of_creeps
         found[creeps, creeps] += scatter_of_creeps(model)
         return found
 
     @cached_property
+    def _of_trim(self) -> np.ndarray:
+        """Covariance (k, k) of the trim, which differs by the usual at least: in wakes by more than all else does."""
+        return self._between_launches([name for name in self._slopes if name == TRIM])
+
+    @cached_property
     def _of_drive(self) -> np.ndarray:
         """Covariance (k, k) of what usually differs in the drive: markers do not tell how well a motor keeps time."""
-        return self._between_launches(of_drive=True)
+        return self._between_launches(self._driving)
 
-    def _between_launches(self, of_drive: bool) -> np.ndarray:
-        driving = {each.effect.name for each in self.signatures if each.effect.stage == "drive"}
+    @property
+    def _driving(self) -> list[str]:
+        return [each.effect.name for each in self.signatures if each.effect.stage == "drive"]
+
+    def _between_launches(self, names: Sequence[str]) -> np.ndarray:
         columns = [
-            BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * part
-            for name, part in self._slopes.items()
-            if (name in driving) == of_drive
+            BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * self._slopes[name]
+            for name in names
+            if name in self._slopes
         ]
-        trial_of = self.joint.trial_of
-        together = np.equal.outer(trial_of, trial_of) & (trial_of >= 0)
-        every = np.hstack([np.zeros((len(trial_of), 0)), *columns])
-        return np.asarray((every @ every.T) * together)
+        every = np.hstack([np.zeros((len(self.joint.observed), 0)), *columns])
+        return np.asarray((every @ every.T) * self._in_one_trial)
 
     @cached_property
     def _smooth(self) -> np.ndarray:
         """Covariance (k, k) of an error of one metre that is smooth over frequency, the same in both sessions."""
+        ln_hz = np.log([each.trial.frequency.hz for each in self.joint.model.trials])
+        clamped = np.array([each.twin.scene.head_clamped for each in self.joint.model.trials])
+        near = np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2)
+        return self._of_no_cause(near * np.equal.outer(clamped, clamped))
+
+    @cached_property
+    def _of_command(self) -> np.ndarray:
+        """Covariance (k, k) of an error of one metre that each command with several trials has to itself."""
+        return self._of_no_cause(self._together)
+
+    @cached_property
+    def _together(self) -> np.ndarray:
+        """Whether two trials are of several at one command, (t, t)."""
+        found = np.zeros((len(self.joint.model.trials),) * 2)
+        for numbers in self._at_one_command:
+            found[np.ix_(numbers, numbers)] = 1.0
+        return found
+
+    def _of_no_cause(self, alike: np.ndarray) -> np.ndarray:
+        """Return the covariance (k, k) of an error of one metre that trials have in common as told (t, t)."""
         model = self.joint.model
-        first, count = model.trials[0], len(model.trials)
-        directions = np.linalg.cholesky(generic_covariance(first.along_m, 1, 0)).T  # (g, g)
+        count = len(model.trials)
+        directions = np.linalg.cholesky(generic_covariance(model.trials[0].along_m, 1, 0)).T  # (g, g)
         turned = advance_phase(np.repeat(directions[:, None], count, axis=1), model.phase_rad)  # (q, t, g)
         columns = turned.reshape(len(turned), -1).T  # (t g, q)
-        ln_hz = np.log([each.trial.frequency.hz for each in model.trials])
-        clamped = np.array([each.twin.scene.head_clamped for each in model.trials])
-        alike = np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2) * np.equal.outer(clamped, clamped)
         own = len(model.measured) // count
         return self._padded((columns @ columns.T) * np.kron(alike, np.ones((own, own))))
 
@@ -358,6 +444,33 @@ class Comparison:
         whole = np.zeros((len(self.joint.observed),) * 2)
         whole[: len(features), : len(features)] = features
         return whole
+
+
+class _Response(NamedTuple):
+    """Response of all trials to what both sessions share, split into what trials at one command have in common.
+
+    Attributes:
+        shared: (k, p) response, the same at one command.
+        own: (k, p) what each trial's own differs by from it.
+    """
+
+    shared: np.ndarray
+    own: np.ndarray
+
+    @classmethod
+    def of(cls, columns: np.ndarray, model: SessionModel, at_one_command: Sequence[list[int]]) -> "_Response":
+        """Split columns (k, p); all is shared where no command has several trials."""
+        count, features = len(model.trials), len(model.measured)
+        each = columns[:features].reshape(count, -1, columns.shape[1]).transpose(2, 0, 1)  # (p, t, g)
+        in_step = advance_phase(each, np.broadcast_to(-model.phase_rad, each.shape[:2]))
+        off, mean = np.zeros_like(in_step), in_step.copy()
+        for numbers in at_one_command:
+            mean[:, numbers] = in_step[:, numbers].mean(axis=1, keepdims=True)
+            off[:, numbers] = (in_step - mean)[:, numbers] * np.sqrt(len(numbers) / (len(numbers) - 1))
+        turned = (advance_phase(part, np.broadcast_to(model.phase_rad, part.shape[:2])) for part in (mean, off))
+        shared, own = columns.copy(), np.zeros_like(columns)
+        shared[:features], own[:features] = (part.transpose(1, 2, 0).reshape(features, -1) for part in turned)
+        return cls(shared, own)
 
 
 def _visible(effect: Effect, response: EffectResponse) -> Visible | None:

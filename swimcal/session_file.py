@@ -51,6 +51,8 @@ TRIAL_FILES = (*RECORDINGS, "boxes")
 OTHER_UNIT = 2.5
 # Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
 RATE_OFF = 0.05
+_EVEN = 0.25  # distance of a step in time from a whole number of median ones, against one, up to which it is that many
+_MOST = 0.9  # share of the steps that must be so for frames to be missing between stamps, not the stamps to be coarse
 
 
 class CameraCalibration(TomlTable):
@@ -210,6 +212,8 @@ def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> Non
             what, expected, hint = "the file is not there", "a file, its path relative to the session folder", ""
             if "\\" in name or any(ord(letter) < 32 for letter in name):
                 hint = 'A backslash begins an escape in TOML: write the path with forward slashes, "trials/f1_30.csv".'
+            if (folder / name).is_dir():
+                what = "a folder, not a file"
             faults.add(source.where(key), what, found=shown(name), expected=expected, next_step=hint)
 
 
@@ -283,9 +287,14 @@ def check_rates(
 
 
 def usual_spacing_s(time_s: np.ndarray) -> tuple[float, float]:
-    """Compute the median and the mean spacing of time stamps (n,), s."""
+    """Compute the median and the mean spacing of time stamps (n,), s; frames that are missing between two count."""
     spacing_s = np.diff(time_s)
-    return float(np.median(spacing_s)), float(np.mean(spacing_s))
+    median_s = float(np.median(spacing_s))
+    if median_s <= 0:
+        return median_s, float(np.mean(spacing_s))
+    frames = np.rint(spacing_s / median_s)
+    even = (frames >= 1) & (np.abs(spacing_s / median_s - frames) <= _EVEN)
+    return median_s, float(spacing_s.sum() / (frames.sum() if even.mean() >= _MOST else len(frames)))
 
 
 def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:

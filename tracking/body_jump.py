@@ -22,6 +22,10 @@ TIMES_USUAL = 4.0
 """It moves them by at least so many times what is usual in the trial, noise and hard beats included."""
 AROUND, STANDS_OUT = 10, 2.0
 """No step of so many frames before and after is half as large, or the robot was shaken."""
+UNSEEN_FRAMES, MOST_UNSEEN = 3, 30
+"""A head that was not seen for so many frames, and at most for so many, can be told from its speed."""
+FAR_UNSEEN = 0.08
+"""Share of the body's length by which it is not where it can have swum to; it sways by half as much."""
 LONG_STEP = 2.5
 """A time step this many times the usual one is a gap that the stamps tell of."""
 FEWEST_MARKERS = 3
@@ -65,6 +69,41 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     jumps = {k: float(off[k]) for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
     missing = np.flatnonzero(_follows_missing(time_s, position_px[:, _moving(position_px)])).tolist()
     return sorted((dict.fromkeys(missing, 0.0) | jumps).items())
+
+
+def jumps_unseen(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -> list[tuple[int, float]]:
+    """Find the frames in which the head is seen again where it cannot have swum to, with its distance, px.
+
+    Over a cut a tracker may lose the robot for a moment, or all of it but the head. Its speed before and after tells
+    how far it swims.
+
+    Args:
+        time_s: (n,) times of the frames, s.
+        position_px: (n, m, 2) positions of the markers in the image, px, nan where missing.
+        head: numbers of nose and neck.
+    """
+    told = np.isfinite(position_px).all(axis=2)  # (n, m)
+    middle, count = position_px[:, head].mean(axis=1), told.sum(axis=1)
+    seen, whole = np.flatnonzero(told[:, head].all(axis=1)), position_px[told.all(axis=1)]
+    if not len(whole) or len(seen) <= 2 * AROUND:
+        return []
+    body_px = float(np.median(np.linalg.norm(np.ptp(whole, axis=1), axis=1)))
+    usual_s = float(np.median(np.diff(time_s)))
+    gaps, half = np.diff(seen), told.shape[1] / 2
+    vanish = (gaps == 1) & (count[seen[:-1]] > half) & (count[seen[1:]] < half)
+    found = []
+    for number in np.flatnonzero(vanish | (gaps > UNSEEN_FRAMES)).tolist():
+        before, after = seen[max(number - AROUND, 0) : number + 1], seen[number + 1 : number + 2 + AROUND]
+        last, first = int(before[-1]), int(after[0])
+        away_s = time_s[first] - time_s[last]
+        if min(len(before), len(after)) <= AROUND or away_s > MOST_UNSEEN * usual_s:
+            continue
+        speeds = [(middle[k[-1]] - middle[k[0]]) / (time_s[k[-1]] - time_s[k[0]]) for k in (before, after)]
+        swum_px = np.mean(speeds, axis=0) * away_s
+        off_px = float(np.linalg.norm(middle[first] - middle[last] - swum_px))
+        if off_px > max(LEAST_PX, FAR_UNSEEN * body_px + 0.5 * float(np.linalg.norm(swum_px))):
+            found.append((first, off_px))
+    return found
 
 
 def longest_part(frames: int, jumps: list[int]) -> slice:

@@ -5,7 +5,8 @@
 tracks from elsewhere: it also finds any names that change places from one frame to the next.
 """
 
-from itertools import combinations
+from collections.abc import Iterable
+from itertools import combinations, pairwise
 
 import numpy as np
 import xarray as xr
@@ -50,6 +51,11 @@ SURE_NAMES = 4.0
 """Least increase of this sum by other names, from which the names of all markers but one are taken to be right."""
 MOST_ADDED = 4.0
 """Largest part of this sum that a marker found again may add: 0 to 2 where it is at its dot, 6 to 9 on a glint."""
+ONE_STEP = 0.3
+"""Largest difference of a step from its length, in its logarithm, up to which two markers are one step apart.
+
+Names that are shifted have the steps of others, which differ by less.
+"""
 LOST_FRAMES = 12
 """A marker that was lost for so many frames has its own name only where the names in the frame are sure."""
 HEAD_LOST_FRAMES = 3
@@ -60,6 +66,8 @@ RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5
 """Share of the way to the nearest other marker by which a marker of the head is off its place."""
+TIMES_USUAL = 5.0
+"""So many times what its place usually changes by over `RECENT_FRAMES`, at least."""
 NEAREST_CAMERA_M = 1.0
 """Least height of a camera over nose and neck, for the parallax of a marker that is higher than these."""
 BACK_FRAMES = 6
@@ -119,6 +127,7 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     found_anew[:, :2] = _found_anew(clear, HEAD_LOST_FRAMES)[:, :2] & ~clear[:, 1::-1]
     found_anew[: whole[0]] = False
     wrong = _lasting(widened(wrong, wrong, JOINED) | (found_anew & ~sure), seen & ~sure)
+    wrong = _joined_to(wrong, seen & ~sure, at_px, along_px)
     return [
         Flag(
             "swap",
@@ -131,14 +140,22 @@ def impossible_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     ]
 
 
-def strayed_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
-    """Flag further markers of the head that are found again, after a while, off their place on it.
+def strayed_flags(tracked: xr.Dataset, layout: RobotSpec, told: Iterable[Flag] = ()) -> list[Flag]:
+    """Flag further markers of the head that leave their place on it, or are found again off it after a while.
 
-    They ride on the head: their place is that before they were lost, against nose and neck. They are off it by more
-    than `STRAYED` of the way to the nearest other marker, until they are back for some frames. A high one moves against
-    nose and neck as the head crosses the picture (parallax).
+    They ride on the head: their place is that before, against nose and neck. They are off it by more than `STRAYED` of
+    the way to the nearest other marker, until they are back for some frames. A high one moves against nose and neck as
+    the head crosses the picture (parallax).
+
+    Args:
+        tracked: the tracked trial.
+        layout: the robot.
+        told: flags of samples that are not judged again.
     """
-    names, seen = markers_of(tracked), seen_in(tracked)
+    names, seen = markers_of(tracked), np.array(seen_in(tracked))
+    for flag in told:
+        first, last = flag.frames or (0, len(seen) - 1)
+        seen[first : last + 1, [names.index(name) for name in flag.markers]] = False
     nose, neck = names.index("nose"), names.index("neck")
     at_px = np.where(seen[..., None], pixels_of(tracked), np.nan) @ [1.0, 1j]  # (n, m)
     axis = at_px[:, nose] - at_px[:, neck]
@@ -153,7 +170,7 @@ def strayed_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
             above_m = np.ptp(layout.marker_positions_m((name, "neck"))[:, 2])
             most = STRAYED * float(np.nanmin(np.nanmedian(others, axis=0)))
             spans = _strayed(place, known, most, above_m / NEAREST_CAMERA_M * at_px[:, neck] / np.abs(axis))
-            flags += [Flag("swap", (name,), span, f"{name} is found again off its place on the head") for span in spans]
+            flags += [Flag("swap", (name,), span, f"{name} is off its place on the head") for span in spans]
     return flags
 
 
@@ -170,14 +187,42 @@ def _strayed(place: np.ndarray, known: np.ndarray, most: float, shift: np.ndarra
     for first, last in stretches(~known, LOST_FRAMES):
         before = place[:first][known[:first]][-RECENT_FRAMES:]
         if len(before):
-            usual, after = np.median(before.real) + 1j * np.median(before.imag), slice(last + 1, None)
+            usual, after = _middle(before), slice(last + 1, None)
             allowed = most + np.abs(shift[after] - shift[:first][known[:first]][-1])
             off = np.asarray(known[after] & (np.abs(place[after] - usual) > allowed))
             back = stretches(known[after] & ~off, BACK_FRAMES)
             end = last + back[0][0] if back else len(place) - 1
             if off[: end - last].any():
                 spans.append((last + 1, end))
+    judged = known.copy()
+    for first, last in spans:
+        judged[first : last + 1] = False
+    return [*spans, *_stepped_aside(place, judged, most)]
+
+
+def _stepped_aside(place: np.ndarray, known: np.ndarray, most: float) -> list[tuple[int, int]]:
+    """Return the stretches in which a place is off that of the frames before, until it is back; as for `_strayed`."""
+    frames, spans = np.flatnonzero(known), []
+    at, number, begun = place[frames], 0, 0
+    if len(at) > RECENT_FRAMES:
+        most = max(most, TIMES_USUAL * float(np.median(np.abs(at[RECENT_FRAMES:] - at[:-RECENT_FRAMES]))))
+    while number < len(frames):
+        if number and frames[number] - frames[number - 1] > LOST_FRAMES:
+            begun = number  # `_strayed` judges what is found again
+        recent = at[max(number - RECENT_FRAMES, begun) : number]
+        if len(recent) == RECENT_FRAMES and abs(at[number] - _middle(recent)) > most:
+            back = stretches(np.abs(at[number:] - _middle(recent)) <= most, BACK_FRAMES)
+            end = number + back[0][0] if back else len(frames)
+            spans.append((int(frames[number]), int(frames[end]) - 1 if back else len(place) - 1))
+            number = begun = end
+        else:
+            number += 1
     return spans
+
+
+def _middle(place: np.ndarray) -> complex:
+    """Return the median of complex places."""
+    return complex(np.median(place.real), np.median(place.imag))
 
 
 def _mid_line(place_m: np.ndarray) -> list[int]:
@@ -232,6 +277,31 @@ def _lasting(wrong: np.ndarray, goes_on: np.ndarray) -> np.ndarray:
         for _, last in stretches(wrong[:, column]):
             stops = frames[~goes_on[:, column] & (frames > last)]
             found[last : stops[0] if len(stops) else len(wrong), column] = True
+    return found
+
+
+def _joined_to(wrong: np.ndarray, unsure: np.ndarray, at_px: np.ndarray, along_px: np.ndarray) -> np.ndarray:
+    """Return what is wrong (n, k), and each marker that lies one step of the body from such ones.
+
+    Names that are shifted along the body are shifted together: their steps are right. Two of them tell, or one where
+    the name is unsure.
+
+    Args:
+        wrong: (n, k) samples that are wrong.
+        unsure: (n, k) samples whose names are not sure.
+        at_px: (n, k, 2) markers of the mid line.
+        along_px: (k,) their places along the body.
+    """
+    scale = np.maximum(np.linalg.norm(at_px[:, 1] - at_px[:, 0], axis=1), 1.0) / max(along_px[1], 1.0)  # (n,)
+    ratio = np.linalg.norm(np.diff(at_px, axis=1), axis=2) / np.maximum(np.diff(along_px), 1.0) / scale[:, None]
+    joined = np.abs(np.nan_to_num(np.log(np.maximum(ratio, 1e-9)), nan=np.inf)) < ONE_STEP  # (n, k - 1)
+    found, last = wrong.copy(), wrong.shape[1] - 1
+    for line in (range(2, last + 1), range(last, 1, -1)):
+        run = np.zeros(len(wrong), int)  # wrong ones in a row, one step apart
+        for before, after in pairwise(line):
+            run = np.where(found[:, before], run + 1, 0)
+            run[~joined[:, min(before, after)]] = 0
+            found[:, after] |= (run > 1) | ((run == 1) & unsure[:, after])
     return found
 
 

@@ -57,6 +57,7 @@ _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_SURE = 3  # markers that are surely followed and tell where the robot is
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
 _KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
 _REPORT_EVERY_S = 0.2
@@ -206,7 +207,8 @@ class _Pass:
         """Start anew in a frame where all boxes are found; return whether they are.
 
         Where most markers have to stay, it does so only if more than half of the boxes, but not all, are where the
-        markers were last. A marker whose box is elsewhere was wrong since the doubt began: so far it was not seen.
+        markers were last. A marker whose box is elsewhere was wrong since the doubt began: so far it was not seen. But
+        boxes that leave most of the markers that were surely followed are those of another robot.
         """
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
@@ -219,12 +221,21 @@ class _Pass:
         same, elsewhere = away_px < boxes.sides_px(self._markers), away_px >= boxes.sides_px(self._markers)
         if most_stay and (same.all() or 2 * np.count_nonzero(same) <= len(same)):
             return False
+        if self._are_of_another(boxes.centres_px(self._markers), boxes.sides_px(self._markers)):
+            return False
         doubted = max(int(self._unlike.max()), self._back_for)
         self._samples[max(frame.number - doubted, 0) : frame.number, elsewhere] = NO_SAMPLE
         use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
         _, first = self._begun(frame, boxes, use_csrt)
         self._add(frame.number, first)
         return True
+
+    def _are_of_another(self, centres_px: np.ndarray, sides_px: np.ndarray) -> bool:
+        """Tell whether boxes leave most of the markers that are surely followed without any box, whatever its name."""
+        at_px = self._samples["position_px"][self._last][self._unlike == 0]  # (s, 2)
+        away_px = np.linalg.norm(at_px[:, None] - centres_px, axis=2)  # (s, m)
+        bare = ~(away_px < 2 * sides_px).any(axis=1)  # they have moved on since
+        return bool(len(at_px) >= _SURE and 2 * np.count_nonzero(bare) > len(at_px))
 
     def _take(self, frame: Frame, since: np.ndarray, find: Find | None) -> bool:
         """Record a frame; return False if it repeats the one before. `since` (n,) are frames of the usual rate."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ import xarray as xr
 
 from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean
 from swimcal.results import write_whole
+from swimcal.session_file import HEAD_MARKERS
 from swimcal.tables import RawTable, Row, as_table, read_text
 from swimcal.tracks import (
     FARTHEST_PX,
@@ -258,7 +259,8 @@ class ForeignTracks:
                 two frames, and the faults that were there before.
         """
         names = self.renamed(rename)
-        check_names(markers, names, self.word, faults, [name for name in rename if name not in self.names])
+        unused = [name for name in rename if name not in self.names]
+        check_names(markers, names, self.word, faults, unused, set(rename.values()))
         if self.time_s is None and fps is None:
             faults.add("", "the file has no time", expected="the frame rate of the camera", next_step="Add `--fps 60`.")
         faults.raise_if_any()
@@ -313,7 +315,12 @@ class ForeignTracks:
 
 
 def check_names(
-    markers: Sequence[str], found: Sequence[str], word: str, faults: FaultCollector, unused: Sequence[str] = ()
+    markers: Sequence[str],
+    found: Sequence[str],
+    word: str,
+    faults: FaultCollector,
+    unused: Sequence[str] = (),
+    given: Collection[str] = (),
 ) -> None:
     """Add one fault for all markers that a file does not hold, and one for names to rename that it does not have.
 
@@ -323,6 +330,7 @@ def check_names(
         word: the file's word for a marker.
         faults: takes the faults.
         unused: names to rename that the file does not have.
+        given: names that others were renamed to.
     """
     theirs = list(dict.fromkeys(found))
     if unused:
@@ -332,6 +340,8 @@ def check_names(
     if not missing:
         return
     if len(missing) == 1 and (hint := did_you_mean(missing[0], theirs)):
+        if did_you_mean(missing[0], given) == hint:
+            hint = f"Is it a slip in --rename? Write {missing[0]!r} there."
         faults.add("", f"no {word} {missing[0]!r}", choices=tuple(theirs), next_step=hint)
         return
     free = [name for name in theirs if name not in markers]
@@ -341,6 +351,8 @@ def check_names(
     pairs = ",".join(same) if len(same) == len(missing) else some
     if not free and not same:
         step = f"If no others were tracked, take these alone: `calib convert FILE --markers {','.join(theirs)} …`."
+        if needed := [name for name in missing if name in HEAD_MARKERS]:
+            step = f"No trial goes without {' and '.join(needed)}: track these too."
         what, expected = f"no {word} {', '.join(missing)}", ", ".join(markers)
         faults.add("", what, found=", ".join(theirs), expected=expected, next_step=step)
         return

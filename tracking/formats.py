@@ -23,6 +23,7 @@ https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -187,8 +188,10 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
         InputError: every fault of the file at once.
     """
     try:
-        with xr.open_dataset(path, engine=engine, decode_times=False) as data:
-            data.load()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # other programs' HDF5 has dimensions without names
+            with xr.open_dataset(path, engine=engine, decode_times=False) as data:
+                data.load()
     except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
         fault = Fault(str(path), "", "the file cannot be read", str(error), "a whole netCDF file")
         raise InputError([fault]) from error

@@ -110,7 +110,7 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
         return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
     if (formats == MATROSKA or counts_ticks) and container.duration and found > 1:
         allowed = SHORT_BY_FRAMES * frame_s if len(container.streams) == 1 else SHORT_WITH_SOUND_S
-        declared_s = container.duration / av.time_base
+        declared_s = (container.duration - max(container.start_time or 0, 0)) / av.time_base  # it tells when it ends
         if declared_s - last_s > allowed:
             expected = found + round((declared_s - last_s) / frame_s) - 1
             return f"the file ends after {found} of about {expected} frames, at {last_s:.3f} s of {declared_s:.3f} s"

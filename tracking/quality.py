@@ -22,8 +22,9 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
+from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_jump import body_jumps, jump_flags, longest_part
+from tracking.body_jump import body_jumps, jump_flags, jumps_unseen, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
@@ -90,6 +91,8 @@ LEAST_CONFIDENCE = 0.35
 """A marker below it …"""
 DRIFT_FRAMES = 10
 """… for so many frames on end may have drifted onto something else."""
+LONELY_CONFIDENCE = 0.5
+"""Confidence below which a marker behind the head counts only beside a neighbour that does."""
 FAINT_CONFIDENCE = 0.2
 """A marker below it is not believed in a single frame: a third of such samples are on something else (blind test)."""
 MOMENT_FRAMES = 5
@@ -187,7 +190,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     findings = _findings(tracks, harmed, layout, floor_px)
     believed = findings.present & ~findings.wrong
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
-    found = body_jumps(tracks.time.values, seen)
+    found = _jumps(tracks.time.values, seen, names)
     # A jump out of a picture that stood still is flagged already.
     jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
     stopped = stopped_clock(frozen, seen)
@@ -201,6 +204,16 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))
+
+
+def _jumps(time_s: np.ndarray, seen_px: np.ndarray, names: tuple[str, ...]) -> list[tuple[int, float]]:
+    """Return the frames to which the whole body jumps, with the distances, px; frames without samples tell nothing."""
+    told = np.flatnonzero(np.isfinite(seen_px).any(axis=(1, 2)))
+    found = {int(told[frame]): off_px for frame, off_px in body_jumps(time_s[told], seen_px[told])}
+    head = [names.index(name) for name in HEAD_MARKERS if name in names]
+    if len(head) == len(HEAD_MARKERS):
+        found |= dict(jumps_unseen(time_s, seen_px, head))
+    return sorted(found.items())
 
 
 def _findings(tracks: xr.Dataset, harmed: np.ndarray, layout: RobotSpec, floor_px: float) -> Findings:
@@ -380,7 +393,14 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     quality = check_tracks(mask_untrusted(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
     weight = np.zeros(tracked.state.shape)
     weight[first:] = quality.weight
-    flags = (*own, *drop_repeat_flags(tracked, (flag.later(first) for flag in quality.flags)))
+    lonely = _lonely(tracked, weight, layout)
+    weight[lonely] = 0.0
+    alone = [
+        Flag("drift", (name,), span, f"{name} looks little like itself, and no neighbour is seen that tells its place")
+        for k, name in enumerate(markers_of(tracked))
+        for span in stretches(lonely[:, k])
+    ]
+    flags = (*own, *drop_repeat_flags(tracked, (flag.later(first) for flag in quality.flags)), *alone)
     found = tracked.assign(weight=(("time", "keypoint"), weight))
     return found.assign_attrs(flags=tuple(dict.fromkeys(flags)))
 
@@ -410,7 +430,8 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for k, marker in enumerate(markers_of(tracked))
         for span in stretches(where[:, k], least)
     ]
-    flags += [*exchange_flags(tracked, layout), *impossible_flags(tracked, layout), *strayed_flags(tracked, layout)]
+    exchanged = exchange_flags(tracked, layout)
+    flags += [*exchanged, *impossible_flags(tracked, layout), *strayed_flags(tracked, layout, exchanged)]
     believed = mask_untrusted(tracked.assign_attrs(flags=(*tracked.flags, *flags)))
     flags += [*_flag_moments(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
@@ -427,6 +448,24 @@ def _flag_moments(believed: xr.Dataset) -> list[Flag]:
                 message = f"{marker} looks like itself for a moment, amid frames in which it does not count"
                 flags.append(Flag("drift", (marker,), (before + 1, after - 1), message))
     return flags
+
+
+def _lonely(tracked: xr.Dataset, weight: np.ndarray, layout: RobotSpec) -> np.ndarray:
+    """Tell (n, m) which samples behind the head are little like their marker where no neighbour tells its place.
+
+    Args:
+        tracked: the tracked trial.
+        weight: (n, m) weights of its samples; a neighbour without weight tells nothing.
+        layout: the robot.
+    """
+    names, found = markers_of(tracked), np.zeros(weight.shape, bool)
+    order = np.argsort(layout.marker_positions_m(names)[:, 0], kind="stable").tolist()
+    for rank, marker in enumerate(order):
+        if names[marker] not in HEAD_MARKERS and len(order) >= FEWEST_MARKERS:
+            first = min(max(rank - 1, 0), len(order) - 3)
+            beside = [k for k in order[first : first + 3] if k != marker]
+            found[:, marker] = ~(weight[:, beside] > 0).any(axis=1)
+    return found & (weight > 0) & (tracked.confidence.values < LONELY_CONFIDENCE)
 
 
 def _lost_over_gap(tracked: xr.Dataset) -> list[Flag]:

@@ -219,7 +219,7 @@ class VideoInfo:
         caveats = [self.damage] if self.damage else []
         if jump := self._jump():
             caveats.append(jump)
-        if self.time_source is not TimeSource.PRESENTATION:
+        if self.time_source is TimeSource.DECODING:  # a rate that was given is no caveat
             caveats.append(f"the file has no times of presentation; the frames' times come from {self.time_source}")
         return tuple(caveats)
 
