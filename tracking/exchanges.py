@@ -66,8 +66,8 @@ RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5
 """Share of the way to the nearest other marker by which a marker of the head is off its place."""
-TIMES_USUAL = 5.0
-"""So many times what its place usually changes by over `RECENT_FRAMES`, at least."""
+TIMES_USUAL = 3.0
+"""Where it was never lost it is off, for two frames at least, by so many times what its place usually changes by."""
 NEAREST_CAMERA_M = 1.0
 """Least height of a camera over nose and neck, for the parallax of a marker that is higher than these."""
 BACK_FRAMES = 6
@@ -209,8 +209,8 @@ def _stepped_aside(place: np.ndarray, known: np.ndarray, most: float) -> list[tu
     while number < len(frames):
         if number and frames[number] - frames[number - 1] > LOST_FRAMES:
             begun = number  # `_strayed` judges what is found again
-        recent = at[max(number - RECENT_FRAMES, begun) : number]
-        if len(recent) == RECENT_FRAMES and abs(at[number] - _middle(recent)) > most:
+        recent, now = at[max(number - RECENT_FRAMES, begun) : number], at[number : number + 2]
+        if len(recent) == RECENT_FRAMES and np.abs(now - _middle(recent)).min() > most:
             back = stretches(np.abs(at[number:] - _middle(recent)) <= most, BACK_FRAMES)
             end = number + back[0][0] if back else len(frames)
             spans.append((int(frames[number]), int(frames[end]) - 1 if back else len(place) - 1))

@@ -1,6 +1,7 @@
 """`calib new`: sessions from public tracks and from the twin."""
 
 import gzip
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -220,6 +221,26 @@ def test_a_file_that_is_given_twice_is_refused(calib: Front, tmp_path: Path) -> 
     (tmp_path / "b.csv.gz").symlink_to("a.csv.gz")
     outcome = calib("new", tmp_path / "s", "--tracks", tmp_path / "a.csv.gz", tmp_path / "b.csv.gz")
     assert_reports(outcome, "--tracks: a file is given twice", "a.csv.gz", "b.csv.gz")
+
+
+def test_files_that_cannot_be_followed_or_spelt_are_named(calib: Front, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").symlink_to("b.csv")
+    (tmp_path / "b.csv").symlink_to("a.csv")
+    odd = os.fsdecode(os.fsencode(tmp_path) + b"/l\xfc.csv")
+    outcome = calib("new", tmp_path / "s", "--tracks", tmp_path / "a.csv", odd)
+    assert_reports(outcome, "a link that leads nowhere", "a name that is not UTF-8", "l\\udcfc.csv")
+
+
+def test_missing_frames_make_no_other_frame_rate(calib: Front, tmp_path: Path) -> None:
+    """Nor does a line break in a name break the comment that holds it."""
+    lines = gzip.decompress((SAMPLE / "f0_60.csv.gz").read_bytes()).decode().splitlines(keepends=True)
+    whole, gappy = tmp_path / "whole.csv", tmp_path / "two\nlines.csv"
+    whole.write_text("".join(lines))
+    gappy.write_text("".join(lines[:1] + [line for number, line in enumerate(lines[1:]) if number % 6]))
+    outcome = calib("new", tmp_path / "s", "--tracks", whole, gappy)
+    assert not outcome.code, outcome.err
+    assert "fps = 60\n" in (tmp_path / "s" / "session.toml").read_text()
+    assert front.open_session(tmp_path / "s").camera.fps == 60
 
 
 def test_markers_are_renamed_and_left_out_ones_are_named(calib: Front, tmp_path: Path) -> None:

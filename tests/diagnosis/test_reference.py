@@ -11,7 +11,7 @@ import pytest
 from diagnosis.constants import ONE_CHANGE
 from diagnosis.diagnose import Diagnosis, Settings, _name_change, _share_left, diagnose
 from diagnosis.diagnosis_file import diagnosis_result
-from diagnosis.discrepancy import discrepancy_for
+from diagnosis.discrepancy import discrepancy_for, generic_covariance
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.hypotheses import average_hypotheses
 from diagnosis.linear_model import SessionData
@@ -20,6 +20,7 @@ from diagnosis.refit import Refit
 from diagnosis.sentences import where, which
 from diagnosis.verdict import verdict_of
 from fitting.dry_run import with_arm
+from fitting.features import advance_phase, marker_part
 from fitting.signatures import signature_of
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
@@ -150,6 +151,35 @@ def test_given_a_reference_a_row_is_known_better_and_expected_elsewhere() -> Non
     assert np.linalg.eigvalsh(given.covariance).min() > 0
     rows = both.of_changed[0]
     assert rows.rows.shape[1] == len(given.residual)
+
+
+def test_what_the_twin_misses_at_a_command_is_expected_again_there_whatever_its_form() -> None:
+    both, sizes = joint(), Sizes(1.0, 0.0, 0.25)
+    model, random = both.joint.model, np.random.default_rng(2)
+    own = len(model.measured) // len(model.trials)
+    form = np.linalg.cholesky(generic_covariance(model.trials[0].along_m, 1, 0)) @ random.standard_normal((own, 2))
+    missed = advance_phase(2e-3 * np.tile(form.T, (2, 1)), model.phase_rad)  # one form at each of two commands
+    off = np.concatenate([missed.ravel(), np.zeros(len(both.joint.residual) - missed.size)])
+
+    def left(groups: tuple[str, ...]) -> float:
+        shifted = replace(both, joint=replace(both.joint))
+        whose = np.repeat([group in groups for group in both.groups], own)
+        shifted.joint.__dict__["residual"] = np.where(np.append(whose, np.zeros(len(off) - len(whose), bool)), off, 0.0)
+        rows = shifted.model_of("changed", sizes).residual[: 2 * own].reshape(2, own)
+        return float(np.linalg.norm(marker_part(rows)) / np.linalg.norm(marker_part(missed[2:])))
+
+    assert left(("reference", "changed")) < 0.65  # 0.995 where only what is alike over frequency comes again
+    assert left(("changed",)) == pytest.approx(1.0)
+
+
+def test_both_sessions_may_lie_in_still_water() -> None:
+    found = Comparison.of(replace(data(0.0, 5, wrong_twin()), reference=data(0.0, 1, wrong_twin())))
+    at, effects = found.joint, (*EFFECTS.values(), catalogue()["background_current"])
+    both = found.with_signatures([signature_of(each, at.model, CAMERA, at.at) for each in effects])
+    still, moving = (both._shared(moving=moving) for moving in (False, True))
+
+    assert moving.shape[1] - still.shape[1] == len(catalogue()["background_current"].parameters)
+    assert len(both.assumptions()) == 2 * len(joint().assumptions())
 
 
 @pytest.mark.long

@@ -37,6 +37,22 @@ def test_frames_that_are_gone_without_a_trace_in_the_times_are_flagged() -> None
     assert [frame for frame, _ in body_jumps(np.arange(len(position)) / 60, position)] == [100]
 
 
+@pytest.mark.parametrize("lost", ["tail", "all"])
+def test_a_cut_over_which_the_robot_is_lost_is_a_jump(lost: str) -> None:
+    """The head is found again at once, or all of it after a while; where nothing is cut it is where it swam to."""
+    position, head = swimming(), [MARKERS.index(name) for name in ("nose", "neck")]
+    cut = np.delete(position, slice(100, 130), axis=0)
+    for each in (position, cut):
+        each[100:110, [k for k in range(len(MARKERS)) if lost == "all" or k not in head]] = np.nan
+    kinds = []
+    for each in (position, cut):
+        flags = check_tracks(tracks_of(each, MARKERS), load_robot()).flags
+        kinds.append([flag for flag in flags if flag.markers == MARKERS and flag.kind == "jump"])
+    assert not kinds[0]
+    (flag,) = kinds[1]
+    assert flag.frames == ((100, 100) if lost == "tail" else (110, 110))
+
+
 @pytest.mark.parametrize("missing", [1, 2, 5])
 def test_single_frames_that_are_gone_are_found_where_the_robot_moves(missing: int) -> None:
     clean = twin_px()[1]

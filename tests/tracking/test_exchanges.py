@@ -5,7 +5,7 @@ import pytest
 
 from swimcal.flags import Flag
 from tests.tracking.fish import MARKERS, ROBOT, swimming_fish, tracks_of
-from tests.tracking.records.trials import tracked_of
+from tests.tracking.records.trials import tracked_of, twin_px
 from tracking.exchanges import exchanged_apart, impossible_flags, strayed_flags
 
 FRAMES = 200
@@ -135,6 +135,33 @@ def test_a_marker_of_the_head_found_again_on_another_dot_does_not_count_until_it
     assert not np.delete(found, dorsal, axis=1).any()
     assert not found[:covered].any()
     assert not found[end + 12 :].any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_marker_of_the_head_that_goes_to_another_dot_does_not_count_until_it_is_back(seed: int) -> None:
+    rng, swims = np.random.default_rng(seed), twin_px()
+    dorsal, clean = MARKERS.index("dorsal_fin"), swims[seed % len(swims)][:FRAMES].copy()
+    clean += rng.normal(0, 0.3, clean.shape)
+    assert not strayed_flags(tracked_of(clean), ROBOT)
+    first, strayed = int(rng.integers(60, 120)), clean.copy()
+    end = FRAMES if seed % 2 else first + int(rng.integers(10, 60))
+    strayed[first:end, dorsal] = clean[first:end, TAIL[0]]
+    found = samples_of(tuple(strayed_flags(tracked_of(strayed), ROBOT)))
+    wrong = np.zeros_like(found)
+    wrong[first:end, dorsal] = True
+    np.testing.assert_array_equal(found, wrong)
+
+
+def test_names_that_are_shifted_together_are_wrong_together() -> None:
+    """Behind a cover three names come back one dot ahead of their own; the steps between them are right."""
+    clean = swimming_fish(1.0, seed=5, frames=FRAMES)
+    shifted = clean.copy()
+    shifted[60:80, TAIL] = np.nan
+    shifted[80:, TAIL[:2]] = np.nan
+    shifted[80:, TAIL[2:5]] = clean[80:, TAIL[1:4]]
+    found = samples_of(tuple(impossible_flags(tracked_of(shifted), ROBOT)))
+    assert found[80:, TAIL[2:5]].mean() > 0.9
+    assert not found[:60].any()
 
 
 def test_boxes_on_one_place_raise_no_warning() -> None:

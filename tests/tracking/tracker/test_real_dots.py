@@ -183,6 +183,21 @@ def test_a_robot_of_which_two_markers_stay_lost_is_looked_for_anew(tmp_path: Pat
     assert np.isfinite(places[12:25, 2]).all()
 
 
+def test_a_second_robot_is_not_taken_for_the_first_while_most_of_it_is_followed(tmp_path: Path) -> None:
+    """Where two markers are covered the robot is looked for, and only the other one is whole."""
+    clip, asked = Clip(dots=((235, 235, 235),) * 5, off_px=7.0, hidden=range(10, 30)), []
+
+    def find(frame: Frame) -> StartBoxes:
+        asked.append(frame.number)
+        places = clip.places(0) + [0.0, 100.0]
+        return StartBoxes(frame.number, dict(zip(NAMES, (Box.around(at, 16.0) for at in places), strict=True)))
+
+    off = clip.off(tmp_path, 40, find)
+    assert asked
+    assert np.nanmax(off) < 2.0
+    assert np.isfinite(off[:, :3]).all()
+
+
 @pytest.mark.parametrize(
     ("order", "taken"), [((0, 1, 2, 4, 3), True), ((0, 1, 2, 3, 4), False), ((1, 2, 0, 3, 4), False)]
 )
