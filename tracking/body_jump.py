@@ -44,6 +44,8 @@ BETTER = 0.5
 without."""
 STANDS_OUT_MISSING = 2.5
 """Without it, it is off by at least so many times what is usual in the trial."""
+FEWEST_KEPT, MOST_KEPT = 2, 15
+"""Numbers of frames after which one may be missing each time."""
 LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
 
@@ -90,9 +92,9 @@ def jumps_unseen(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -
     body_px = float(np.median(np.linalg.norm(np.ptp(whole, axis=1), axis=1)))
     usual_s = float(np.median(np.diff(time_s)))
     gaps, half = np.diff(seen), told.shape[1] / 2
-    vanish = (gaps == 1) & (count[seen[:-1]] > half) & (count[seen[1:]] < half)
+    vanish = (count[seen[:-1]] > half) & (count[seen[:-1] + 1] < half)  # who leaves the picture does so bit by bit
     found = []
-    for number in np.flatnonzero(vanish | (gaps > UNSEEN_FRAMES)).tolist():
+    for number in np.flatnonzero(vanish & ((gaps == 1) | (gaps > UNSEEN_FRAMES))).tolist():
         before, after = seen[max(number - AROUND, 0) : number + 1], seen[number + 1 : number + 2 + AROUND]
         last, first = int(before[-1]), int(after[0])
         away_s = time_s[first] - time_s[last]
@@ -104,6 +106,43 @@ def jumps_unseen(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -
         if off_px > max(LEAST_PX, FAR_UNSEEN * body_px + 0.5 * float(np.linalg.norm(swum_px))):
             found.append((first, off_px))
     return found
+
+
+def regular_gaps(time_s: np.ndarray, position_px: np.ndarray) -> int | None:
+    """Return after how many frames one is always missing though the times go on evenly; None where none is.
+
+    Args:
+        time_s: (n,) times of the frames, s.
+        position_px: (n, m, 2) positions of the markers in the image, px, nan where missing.
+    """
+    size = 2 * BESIDE
+    count = len(time_s) - size + 1
+    if count < 2 * size or position_px.shape[1] < FEWEST_MARKERS:
+        return None
+    step_s = np.diff(time_s)
+    if (np.abs(step_s / np.median(step_s) - 1) >= EVEN).any():
+        return None
+    parts = np.lib.stride_tricks.sliding_window_view(position_px[:, _moving(position_px)], size, axis=0)  # (k, m, 2, w)
+    told = np.isfinite(parts).all(axis=(1, 2, 3))
+    if told.sum() < 2 * size:
+        return None
+
+    def off_px(moment: np.ndarray) -> np.ndarray:
+        """Return how far (k,) each part is off smooth motion where its frames were taken at these moments."""
+        basis = np.linalg.qr(np.vander(moment - moment.mean(), DEGREE + 1))[0]
+        left = parts[told] - (parts[told] @ basis) @ basis.T
+        return np.asarray(np.median(np.sqrt((left**2).sum(axis=(2, 3))), axis=1))
+
+    number = np.arange(size)
+    even, first = float(np.median(off_px(number.astype(float)))), np.flatnonzero(told)
+    found: dict[int, float] = {}
+    for every in range(FEWEST_KEPT, MOST_KEPT + 1):
+        off = np.stack([off_px(number + (number + phase) // every) for phase in range(every)])  # (phase, k)
+        found[every] = min(
+            float(np.median(off[(first + offset) % every, np.arange(len(first))])) for offset in range(every)
+        )
+    best = min(found, key=lambda every: found[every])
+    return best if even > LEAST_OFF_PX and found[best] < BETTER * even else None
 
 
 def longest_part(frames: int, jumps: list[int]) -> slice:

@@ -66,8 +66,11 @@ RECENT_FRAMES = 30
 """Number of frames before a marker of the head is lost that tell its place on the head."""
 STRAYED = 0.5
 """Share of the way to the nearest other marker by which a marker of the head is off its place."""
-TIMES_USUAL = 3.0
-"""Where it was never lost it is off, for two frames at least, by so many times what its place usually changes by."""
+TIMES_USUAL = 4.0
+"""Where it was never lost it is off, for two frames at least, by so many times what its place usually changes by.
+
+The usual change is that over `BACK_FRAMES`.
+"""
 NEAREST_CAMERA_M = 1.0
 """Least height of a camera over nose and neck, for the parallax of a marker that is higher than these."""
 BACK_FRAMES = 6
@@ -205,7 +208,7 @@ def _stepped_aside(place: np.ndarray, known: np.ndarray, most: float) -> list[tu
     frames, spans = np.flatnonzero(known), []
     at, number, begun = place[frames], 0, 0
     if len(at) > RECENT_FRAMES:
-        most = max(most, TIMES_USUAL * float(np.median(np.abs(at[RECENT_FRAMES:] - at[:-RECENT_FRAMES]))))
+        most = max(most, TIMES_USUAL * float(np.median(np.abs(at[BACK_FRAMES:] - at[:-BACK_FRAMES]))))
     while number < len(frames):
         if number and frames[number] - frames[number - 1] > LOST_FRAMES:
             begun = number  # `_strayed` judges what is found again

@@ -24,7 +24,7 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_jump import body_jumps, jump_flags, jumps_unseen, longest_part
+from tracking.body_jump import body_jumps, jump_flags, jumps_unseen, longest_part, regular_gaps
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
@@ -196,10 +196,12 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     stopped = stopped_clock(frozen, seen)
     part = longest_part(len(frozen), sorted([*stopped, *(frame for frame, _ in jumps)]))
     believed[: part.start] = believed[part.stop :] = False
+    gaps = _regular_gaps(tracks.time.values, seen, names)
+    believed[:] &= not gaps
     flags = (
         *flags_of(replace(findings, present=findings.present | harmed[:, None]), names),  # these have their own
         *frozen_flags(frozen, names, stopped, part),
-        *jump_flags(jumps, part, names),
+        *(gaps or jump_flags(jumps, part, names)),
         *repeat_flags(repeated, seen),
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
@@ -216,6 +218,17 @@ def _jumps(time_s: np.ndarray, seen_px: np.ndarray, names: tuple[str, ...]) -> l
     return sorted(found.items())
 
 
+def _regular_gaps(time_s: np.ndarray, seen_px: np.ndarray, names: tuple[str, ...]) -> list[Flag]:
+    every = regular_gaps(time_s, seen_px)
+    if every is None:
+        return []
+    message = (
+        f"after every {every} frames one is missing, though the times go on evenly: all of it is {1 / every:.0%} too "
+        "fast, and nothing counts; take the file with the camera's own times"
+    )
+    return [Flag("jump", names, (0, len(time_s) - 1), message)]
+
+
 def _findings(tracks: xr.Dataset, harmed: np.ndarray, layout: RobotSpec, floor_px: float) -> Findings:
     position_px = pixels_of(tracks) * [1.0, -1.0]  # (n, m, 2), y up: the robot frame seen from above
     position_px[harmed] = np.nan
@@ -226,15 +239,16 @@ def _findings(tracks: xr.Dataset, harmed: np.ndarray, layout: RobotSpec, floor_p
     if px_per_m is None:
         return findings
     order = np.argsort(place_m[:, 0], kind="stable")
+    told = present & (tracks.confidence.values > 0)  # what does not count tells nothing of the body's shape
     still = standing_still(position_px, order)
     root_x_m = max(marker.position_m[0] for marker in layout.markers.values() if marker.body == "head")
     prior = layout_model(place_m, root_x_m, px_per_m, layout.scale_length_m)
     spot_m, never_m = _on_one_spot(place_m, layout.scale_length_m)
     never_px = px_per_m * never_m
-    prior, fitting, clash = _first_look(prior, position_px, present & ~still, never_px, floor_px)
+    prior, fitting, clash = _first_look(prior, position_px, told & ~still, never_px, floor_px)
 
     gate = Gate(floor_px, DEVIATIONS)
-    judged = present & ~still & ~clash
+    judged = told & ~still & ~clash
     model = fit_body_model(prior, position_px, fitting)
     for _ in range(2):  # the second time without the faults in the model
         fitting = fitting_shape(model, position_px, judged, fitting, gate)

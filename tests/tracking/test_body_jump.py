@@ -6,7 +6,7 @@ import pytest
 from swimcal.robot import load_robot
 from tests.tracking.fish import MARKERS, tracks_of
 from tests.tracking.records.trials import twin_px
-from tracking.body_jump import body_jumps
+from tracking.body_jump import body_jumps, regular_gaps
 from tracking.quality import check_tracks
 
 
@@ -35,6 +35,17 @@ def test_a_bumped_camera_is_flagged_and_the_longer_part_counts(shift_px: tuple[i
 def test_frames_that_are_gone_without_a_trace_in_the_times_are_flagged() -> None:
     position = np.delete(swimming(), slice(100, 130), axis=0)
     assert [frame for frame, _ in body_jumps(np.arange(len(position)) / 60, position)] == [100]
+
+
+@pytest.mark.parametrize("every", [2, 5, 9])
+def test_frames_that_are_always_missing_after_so_many_are_told(every: int) -> None:
+    position = swimming()
+    kept = np.delete(position, np.s_[every :: every + 1], axis=0)
+    quality = check_tracks(tracks_of(kept, MARKERS), load_robot())
+    (flag,) = [flag for flag in quality.flags if flag.kind == "jump"]
+    assert f"after every {every} frames one is missing" in flag.message
+    assert not quality.weight.any()
+    assert all(regular_gaps(np.arange(len(clean)) / 60, clean) is None for clean in twin_px())
 
 
 @pytest.mark.parametrize("lost", ["tail", "all"])

@@ -189,7 +189,7 @@ def test_a_second_robot_is_not_taken_for_the_first_while_most_of_it_is_followed(
 
     def find(frame: Frame) -> StartBoxes:
         asked.append(frame.number)
-        places = clip.places(0) + [0.0, 100.0]
+        places = clip.places(0) + np.array([0.0, 100.0])
         return StartBoxes(frame.number, dict(zip(NAMES, (Box.around(at, 16.0) for at in places), strict=True)))
 
     off = clip.off(tmp_path, 40, find)
