@@ -276,8 +276,8 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
             flags.append(Flag(INDISTINCT, (name,), None, message))
         elif share > COMMON:
             message = (
-                f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "
-                "is it the marker? Look at the picture of the boxes"
+                f"{share:.0%} of the picture elsewhere looks as much like a marker as the start box of {name} does: "
+                "is the box on its marker? Look at the picture of the boxes"
             )
             flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
     aside_px = np.linalg.norm(move_onto_dots(grey, centre_px, side_px) - centre_px, axis=1)

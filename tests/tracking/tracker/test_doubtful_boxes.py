@@ -42,7 +42,7 @@ def test_on_rippled_water_the_box_without_a_marker_is_flagged_and_no_other(seed:
     boxes["tail_4"] = Box.around((150.0 + 20 * seed, 320.0), 18.0)
     flags = doubtful_boxes(luma, StartBoxes(7, boxes), NAMES)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("doubtful_box", ("tail_4",), (7, 7))]
-    assert "is it the marker?" in flags[0].message
+    assert "is the box on its marker?" in flags[0].message
 
 
 def test_a_marker_like_its_surroundings_and_much_else_is_hidden() -> None:
