@@ -117,15 +117,15 @@ NEAR = 0.3
 # A reference session: what both sessions share, and what differs from launch to launch
 SHARED_SD = 5.0
 """Width of what both sessions share of every effect, in prior standard deviations. Prototype: 1 raises false alarms."""
-ONE_COMMAND = 0.01
+SAME_COMMAND = 0.01
 """Largest difference of the logarithms of two frequencies at one command. Convention."""
-OF_COMMAND = 0.9
+SAME_COMMAND_SHARE = 0.9
 """Share of the twin's own discrepancy in single swims that comes again in another swim at the same command.
 
 What differs from launch to launch has sizes of its own. In three healthy pairs of the wake 0.9 is likelier than none by
 60 to 80 units of log evidence. Development.
 """
-OF_COMMAND_M = 3e-4
+SAME_COMMAND_ERROR_M = 3e-4
 """Size of an error of no particular cause that comes again in every swim at one command, m.
 
 Without it what one marker does in the reference is taken for noise where no effect explains it, and a healthy pair has
@@ -137,7 +137,7 @@ BETWEEN_LAUNCHES = {"bend_offset": 0.5, "motor_start_delay": 0.4, "lens_distorti
 """The same of effects that differ more: the trim of the tail at rest (15 mrad), and when a film begins (20 ms); what a
 tilted camera shows is like a lens or heights that differ with the place in the picture. Development."""
 TRIM = "bend_offset"
-"""Effect that the trim of the tail at rest is."""
+"""Name of the effect by which the trim of the tail at rest differs."""
 COURSE_OF_LAUNCH = (0.004, 0.015)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
 SLIDE_OF_LAUNCH_PER_S = 1e-3

@@ -43,9 +43,9 @@ from diagnosis.constants import (
     CLEAR_CHANGE,
     ERROR_SIZES,
     LAUNCH_SIZES,
-    OF_COMMAND,
-    OF_COMMAND_M,
-    ONE_COMMAND,
+    SAME_COMMAND,
+    SAME_COMMAND_ERROR_M,
+    SAME_COMMAND_SHARE,
     SHARED_SD,
     SMOOTH_SIZES_M,
     TRIM,
@@ -300,7 +300,7 @@ class Comparison:
             + shared @ shared.T
             + self._rough[square]
             + sizes.smooth_m**2 * self._smooth[square]
-            + OF_COMMAND_M**2 * self._of_command[square]
+            + SAME_COMMAND_ERROR_M**2 * self._of_command[square]
             + sizes.launch**2 * self._of_launch[square]
             + max(sizes.launch, 1.0) ** 2 * self._of_trim[square]
             + self._of_drive[square]
@@ -315,7 +315,7 @@ class Comparison:
     @cached_property
     def _of_twin(self) -> np.ndarray:
         """Covariance (k, k) of the twin's own discrepancy in most sessions; it comes again at the same command."""
-        alike = OF_COMMAND * self._together
+        alike = SAME_COMMAND_SHARE * self._together
         np.fill_diagonal(alike, 1.0)
         return self._padded(self.joint.discrepancy.over(self.joint.model, alike))
 
@@ -332,7 +332,7 @@ class Comparison:
 
     @cached_property
     def _responses(self) -> Mapping[str, "_Response"]:
-        """What both sessions share, `SHARED_SD` wide, by the effect's name; "" are the coefficients."""
+        """Responses that both sessions share, `SHARED_SD` wide, by the effect's name; "" are the coefficients."""
         every = {"": self.joint.slopes * PRIOR_SD}
         every |= {name: SHARED_SD * part for name, part in self._slopes.items()}
         by_way = {each.effect.name for each in self.signatures if each.effect.stage == "camera"} | set(self._moving)
@@ -344,14 +344,22 @@ class Comparison:
     @cached_property
     def _at_one_command(self) -> tuple[list[int], ...]:
         """Numbers of the trials at one command, of both sessions, for each command with several."""
-        ln_hz = np.log([each.trial.frequency.hz for each in self.joint.model.trials])
-        clamped = np.array([each.twin.scene.head_clamped for each in self.joint.model.trials])
-        found: list[list[int]] = []
+        ln_hz, clamped, found = self._ln_hz, self._clamped, []
         for kind in (False, True):
             numbers = [int(i) for i in np.argsort(ln_hz, kind="stable") if clamped[i] == kind]
-            ends = [0, *(np.flatnonzero(np.diff(ln_hz[numbers]) > ONE_COMMAND) + 1), len(numbers)]
+            ends = [0, *(np.flatnonzero(np.diff(ln_hz[numbers]) > SAME_COMMAND) + 1), len(numbers)]
             found += [numbers[first:last] for first, last in pairwise(ends)]
         return tuple(each for each in found if len(each) > 1)
+
+    @property
+    def _ln_hz(self) -> np.ndarray:
+        """Logarithms (t,) of the frequencies of all trials, in Hz."""
+        return np.log([each.trial.frequency.hz for each in self.joint.model.trials])
+
+    @property
+    def _clamped(self) -> np.ndarray:
+        """Mask (t,) of the trials with the head clamped in air."""
+        return np.array([each.twin.scene.head_clamped for each in self.joint.model.trials])
 
     @property
     def _moving(self) -> tuple[str, ...]:
@@ -372,7 +380,7 @@ class Comparison:
 
     @cached_property
     def _in_one_trial(self) -> np.ndarray:
-        """Whether two numbers of the row are of one trial, (k, k)."""
+        """Mask (k, k) of the numbers of the row that are of one trial."""
         trial_of = self.joint.trial_of
         return np.asarray(np.equal.outer(trial_of, trial_of) & (trial_of >= 0))
 
@@ -398,24 +406,21 @@ class Comparison:
 
     @property
     def _driving(self) -> list[str]:
-        return [each.effect.name for each in self.signatures if each.effect.stage == "drive"]
+        """Names of the effects on the drive that do anything in these trials."""
+        names = [each.effect.name for each in self.signatures if each.effect.stage == "drive"]
+        return [name for name in names if name in self._slopes]
 
     def _between_launches(self, names: Sequence[str]) -> np.ndarray:
-        columns = [
-            BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * self._slopes[name]
-            for name in names
-            if name in self._slopes
-        ]
+        """Return the covariance (k, k) of what some effects make differ from launch to launch."""
+        columns = [BETWEEN_LAUNCHES.get(name, USUAL_BETWEEN_LAUNCHES) * self._slopes[name] for name in names]
         every = np.hstack([np.zeros((len(self.joint.observed), 0)), *columns])
         return np.asarray((every @ every.T) * self._in_one_trial)
 
     @cached_property
     def _smooth(self) -> np.ndarray:
         """Covariance (k, k) of an error of one metre that is smooth over frequency, the same in both sessions."""
-        ln_hz = np.log([each.trial.frequency.hz for each in self.joint.model.trials])
-        clamped = np.array([each.twin.scene.head_clamped for each in self.joint.model.trials])
-        near = np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2)
-        return self._of_no_cause(near * np.equal.outer(clamped, clamped))
+        near = np.exp(-0.5 * (np.subtract.outer(self._ln_hz, self._ln_hz) / LN_LENGTH) ** 2)
+        return self._of_no_cause(near * np.equal.outer(self._clamped, self._clamped))
 
     @cached_property
     def _of_command(self) -> np.ndarray:
@@ -424,7 +429,7 @@ class Comparison:
 
     @cached_property
     def _together(self) -> np.ndarray:
-        """Whether two trials are of several at one command, (t, t)."""
+        """Mask (t, t), 1 where two trials are at one command; 0 on the diagonal, too, where a command has one trial."""
         found = np.zeros((len(self.joint.model.trials),) * 2)
         for numbers in self._at_one_command:
             found[np.ix_(numbers, numbers)] = 1.0

@@ -49,10 +49,12 @@ RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
 # A scale that is off by this factor is a mistake of unit.
 OTHER_UNIT = 2.5
-# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
+# Largest relative difference of frame rates. A coarse clock moves the median spacing, uneven frames the mean.
 RATE_OFF = 0.05
-_EVEN = 0.25  # distance of a step in time from a whole number of median ones, against one, up to which it is that many
-_MOST = 0.9  # share of the steps that must be so for frames to be missing between stamps, not the stamps to be coarse
+# Largest distance of a step in time from a whole number of median steps, in median steps, for frames to be missing.
+_EVEN = 0.25
+# Least share of such steps: with fewer the clock is coarse or uneven.
+_MOST = 0.9
 
 
 class CameraCalibration(TomlTable):

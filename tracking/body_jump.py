@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from swimcal.flags import Flag
+from swimcal.session_file import HEAD_MARKERS
 
 LEAST_PX = 6.0
 """A jump moves half of the markers or more off the smooth motion by at least so many px."""
@@ -50,6 +51,25 @@ LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
 
 
+def find_jumps(time_s: np.ndarray, position_px: np.ndarray, names: tuple[str, ...]) -> list[tuple[int, float]]:
+    """Find the frames to which the whole body jumps, in sight or unseen; frames without samples tell nothing.
+
+    Args:
+        time_s: (n,) times of the frames, s.
+        position_px: (n, m, 2) positions of the markers in the image, px, nan where missing.
+        names: names of the m markers.
+
+    Returns:
+        Each frame with its distance from the motion, px; 0 where frames are missing.
+    """
+    told = np.flatnonzero(np.isfinite(position_px).any(axis=(1, 2)))
+    found = {int(told[frame]): off_px for frame, off_px in body_jumps(time_s[told], position_px[told])}
+    head = [names.index(name) for name in HEAD_MARKERS if name in names]
+    if len(head) == len(HEAD_MARKERS):
+        found |= dict(_unseen_jumps(time_s, position_px, head))
+    return sorted(found.items())
+
+
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
     """Find the frames to which the whole body jumps, with its distance from its motion, px; 0 where frames are missing.
 
@@ -73,7 +93,7 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     return sorted((dict.fromkeys(missing, 0.0) | jumps).items())
 
 
-def jumps_unseen(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -> list[tuple[int, float]]:
+def _unseen_jumps(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -> list[tuple[int, float]]:
     """Find the frames in which the head is seen again where it cannot have swum to, with its distance, px.
 
     Over a cut a tracker may lose the robot for a moment, or all of it but the head. Its speed before and after tells
@@ -168,6 +188,18 @@ def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, 
         return f"the whole body jumps by {off_px:.0f} px {where}: the camera was moved, or frames are missing; {count}"
 
     return [Flag("jump", markers, (frame, frame), message(frame, off_px)) for frame, off_px in jumps]
+
+
+def flag_regular_gaps(time_s: np.ndarray, position_px: np.ndarray, names: tuple[str, ...]) -> list[Flag]:
+    """Flag all frames where one is always missing after so many; arguments as of `find_jumps`."""
+    every = regular_gaps(time_s, position_px)
+    if every is None:
+        return []
+    message = (
+        f"after every {every} frames one is missing, though the times go on evenly: all of it is {1 / every:.0%} too "
+        "fast, and nothing counts; take the file with the camera's own times"
+    )
+    return [Flag("jump", names, (0, len(time_s) - 1), message)]
 
 
 def _moving(position_px: np.ndarray) -> np.ndarray:

@@ -57,7 +57,7 @@ _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
-_SURE = 3  # markers that are surely followed and tell where the robot is
+_SURE = 3  # least number of surely followed markers that tell where the robot is
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
 _KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
 _REPORT_EVERY_S = 0.2

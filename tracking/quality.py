@@ -24,7 +24,7 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_jump import body_jumps, jump_flags, jumps_unseen, longest_part, regular_gaps
+from tracking.body_jump import find_jumps, flag_regular_gaps, jump_flags, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
@@ -190,14 +190,15 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     findings = _findings(tracks, harmed, layout, floor_px)
     believed = findings.present & ~findings.wrong
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
-    found = _jumps(tracks.time.values, seen, names)
+    found = find_jumps(tracks.time.values, seen, names)
     # A jump out of a picture that stood still is flagged already.
     jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
     stopped = stopped_clock(frozen, seen)
     part = longest_part(len(frozen), sorted([*stopped, *(frame for frame, _ in jumps)]))
     believed[: part.start] = believed[part.stop :] = False
-    gaps = _regular_gaps(tracks.time.values, seen, names)
-    believed[:] &= not gaps
+    gaps = flag_regular_gaps(tracks.time.values, seen, names)
+    if gaps:
+        believed[:] = False
     flags = (
         *flags_of(replace(findings, present=findings.present | harmed[:, None]), names),  # these have their own
         *frozen_flags(frozen, names, stopped, part),
@@ -206,27 +207,6 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))
-
-
-def _jumps(time_s: np.ndarray, seen_px: np.ndarray, names: tuple[str, ...]) -> list[tuple[int, float]]:
-    """Return the frames to which the whole body jumps, with the distances, px; frames without samples tell nothing."""
-    told = np.flatnonzero(np.isfinite(seen_px).any(axis=(1, 2)))
-    found = {int(told[frame]): off_px for frame, off_px in body_jumps(time_s[told], seen_px[told])}
-    head = [names.index(name) for name in HEAD_MARKERS if name in names]
-    if len(head) == len(HEAD_MARKERS):
-        found |= dict(jumps_unseen(time_s, seen_px, head))
-    return sorted(found.items())
-
-
-def _regular_gaps(time_s: np.ndarray, seen_px: np.ndarray, names: tuple[str, ...]) -> list[Flag]:
-    every = regular_gaps(time_s, seen_px)
-    if every is None:
-        return []
-    message = (
-        f"after every {every} frames one is missing, though the times go on evenly: all of it is {1 / every:.0%} too "
-        "fast, and nothing counts; take the file with the camera's own times"
-    )
-    return [Flag("jump", names, (0, len(time_s) - 1), message)]
 
 
 def _findings(tracks: xr.Dataset, harmed: np.ndarray, layout: RobotSpec, floor_px: float) -> Findings:

@@ -55,12 +55,12 @@ def test_a_cut_over_which_the_robot_is_lost_is_a_jump(lost: str) -> None:
     cut = np.delete(position, slice(100, 130), axis=0)
     for each in (position, cut):
         each[100:110, [k for k in range(len(MARKERS)) if lost == "all" or k not in head]] = np.nan
-    kinds = []
+    jumps = []
     for each in (position, cut):
         flags = check_tracks(tracks_of(each, MARKERS), load_robot()).flags
-        kinds.append([flag for flag in flags if flag.markers == MARKERS and flag.kind == "jump"])
-    assert not kinds[0]
-    (flag,) = kinds[1]
+        jumps.append([flag for flag in flags if flag.markers == MARKERS and flag.kind == "jump"])
+    assert not jumps[0]
+    (flag,) = jumps[1]
     assert flag.frames == ((100, 100) if lost == "tail" else (110, 110))
 
 
