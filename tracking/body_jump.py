@@ -11,6 +11,7 @@ import warnings
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from swimcal.flags import Flag
 from swimcal.session_file import HEAD_MARKERS
@@ -45,10 +46,22 @@ BETTER = 0.5
 without."""
 STANDS_OUT_MISSING = 2.5
 """Without it, it is off by at least so many times what is usual in the trial."""
-FEWEST_KEPT, MOST_KEPT = 2, 15
-"""Numbers of frames after which one may be missing each time."""
 LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
+LONGER = (1.5, 3.5)
+"""After one or two missing frames a step is so many times the mean of its neighbours, usual bends of the motion aside."""
+ALIKE = 0.5
+"""It points as they do: what it is off them, made longer, is less than this share of what it is off them as they are."""
+LEAST_LONGER_PX = 1.0
+"""It is longer by at least so many px, rms over the markers, …"""
+SAME = 0.5
+"""… and its neighbours differ by less than this share of their sum, or a picture came late and none is missing."""
+SHORTER, TIMES_SHORTER = 0.4, 4
+"""Noise makes steps this short about as often as long ones; missing frames make so many times more long ones."""
+STANDS_OUT_STEP = 3.0
+"""Where long steps are few, each is off its neighbours by so many times what is usual in the trial."""
+FEWEST_GAPS, GAPS_SHARE = 3, 0.01
+"""In so many places, and in this share of the frames, frames are missing here and there."""
 
 
 def find_jumps(time_s: np.ndarray, position_px: np.ndarray, names: tuple[str, ...]) -> list[tuple[int, float]]:
@@ -89,8 +102,10 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     far = np.nan_to_num(off) > least
     peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
     jumps = {k: float(off[k]) for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
-    missing = np.flatnonzero(_follows_missing(time_s, position_px[:, _moving(position_px)])).tolist()
-    return sorted((dict.fromkeys(missing, 0.0) | jumps).items())
+    moving = position_px[:, _moving(position_px)]
+    missing = _follows_missing(time_s, moving)
+    missing |= _follows_long_step(time_s, moving) & ~maximum_filter1d(missing, 3)
+    return sorted((dict.fromkeys(np.flatnonzero(missing).tolist(), 0.0) | jumps).items())
 
 
 def _unseen_jumps(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) -> list[tuple[int, float]]:
@@ -128,43 +143,6 @@ def _unseen_jumps(time_s: np.ndarray, position_px: np.ndarray, head: list[int]) 
     return found
 
 
-def regular_gaps(time_s: np.ndarray, position_px: np.ndarray) -> int | None:
-    """Return after how many frames one is always missing though the times go on evenly; None where none is.
-
-    Args:
-        time_s: (n,) times of the frames, s.
-        position_px: (n, m, 2) positions of the markers in the image, px, nan where missing.
-    """
-    size = 2 * BESIDE
-    count = len(time_s) - size + 1
-    if count < 2 * size or position_px.shape[1] < FEWEST_MARKERS:
-        return None
-    step_s = np.diff(time_s)
-    if (np.abs(step_s / np.median(step_s) - 1) >= EVEN).any():
-        return None
-    parts = np.lib.stride_tricks.sliding_window_view(position_px[:, _moving(position_px)], size, axis=0)  # (k, m, 2, w)
-    told = np.isfinite(parts).all(axis=(1, 2, 3))
-    if told.sum() < 2 * size:
-        return None
-
-    def off_px(moment: np.ndarray) -> np.ndarray:
-        """Return how far (k,) each part is off smooth motion where its frames were taken at these moments."""
-        basis = np.linalg.qr(np.vander(moment - moment.mean(), DEGREE + 1))[0]
-        left = parts[told] - (parts[told] @ basis) @ basis.T
-        return np.asarray(np.median(np.sqrt((left**2).sum(axis=(2, 3))), axis=1))
-
-    number = np.arange(size)
-    even, first = float(np.median(off_px(number.astype(float)))), np.flatnonzero(told)
-    found: dict[int, float] = {}
-    for every in range(FEWEST_KEPT, MOST_KEPT + 1):
-        off = np.stack([off_px(number + (number + phase) // every) for phase in range(every)])  # (phase, k)
-        found[every] = min(
-            float(np.median(off[(first + offset) % every, np.arange(len(first))])) for offset in range(every)
-        )
-    best = min(found, key=lambda every: found[every])
-    return best if even > LEAST_OFF_PX and found[best] < BETTER * even else None
-
-
 def longest_part(frames: int, jumps: list[int]) -> slice:
     """Return the longest part between jumps: what is compared of a trial goes on without a break."""
     edges = [0, *jumps, frames]
@@ -190,16 +168,23 @@ def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, 
     return [Flag("jump", markers, (frame, frame), message(frame, off_px)) for frame, off_px in jumps]
 
 
-def flag_regular_gaps(time_s: np.ndarray, position_px: np.ndarray, names: tuple[str, ...]) -> list[Flag]:
-    """Flag all frames where one is always missing after so many; arguments as of `find_jumps`."""
-    every = regular_gaps(time_s, position_px)
-    if every is None:
+def flag_scattered_gaps(jumps: list[tuple[int, float]], frames: int, names: tuple[str, ...]) -> list[Flag]:
+    """Flag all frames where single ones are missing in so many places that others are missing unseen.
+
+    Args:
+        jumps: frames and distances, px, as `body_jumps` finds them.
+        frames: number of frames of the trial.
+        names: names of all markers.
+    """
+    places = [frame for frame, off_px in jumps if not off_px]
+    if len(places) < FEWEST_GAPS or len(places) < GAPS_SHARE * frames:
         return []
     message = (
-        f"after every {every} frames one is missing, though the times go on evenly: all of it is {1 / every:.0%} too "
-        "fast, and nothing counts; take the file with the camera's own times"
+        f"frames are missing in {len(places)} places or more, the first before frame {places[0]}, though the times go "
+        f"on evenly: all of it is at least {len(places) / frames:.0%} too fast, and nothing counts; take the file with "
+        "the camera's own times"
     )
-    return [Flag("jump", names, (0, len(time_s) - 1), message)]
+    return [Flag("jump", names, (0, frames - 1), message)]
 
 
 def _moving(position_px: np.ndarray) -> np.ndarray:
@@ -244,6 +229,41 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     around = np.pad(gained, BESIDE)
     worse &= gained >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
     found[BESIDE : BESIDE + count] = worse
+    return found
+
+
+def _follows_long_step(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) bool, True after a step of all markers that is about twice as long as those before and after it.
+
+    It sees single missing frames that lie close to others; smooth motion over more frames sees more missing ones.
+    """
+    found, step_s, step_px = np.zeros(len(time_s), bool), np.diff(time_s), np.diff(position_px, axis=0)
+    if len(step_px) < 3:
+        return found
+    even = np.abs(step_s / np.median(step_s) - 1) < EVEN
+    seen = np.isfinite(step_px).all(axis=2)
+    seen = seen[:-2] & seen[1:-1] & seen[2:]  # (n - 3, m)
+    before, middle, after = (np.where(seen[..., None], part, 0.0) for part in (step_px[:-2], step_px[1:-1], step_px[2:]))
+    usual, count = 0.5 * (before + after), seen.sum(axis=1)
+    good = even[:-2] & even[1:-1] & even[2:] & (count >= FEWEST_MOVING) & (2 * count >= position_px.shape[1])
+    if not good.any():
+        return found
+
+    def length(steps_px: np.ndarray) -> np.ndarray:
+        return np.asarray(np.sqrt((steps_px**2).sum(axis=(1, 2))))
+
+    times = (middle * usual).sum(axis=(1, 2)) / np.maximum(length(usual) ** 2, 1e-9)
+    bend = max(float(np.quantile(times[good], 0.25)), 1.0)  # where a beat has few frames, every step is longer
+    off, off_along = length(middle - bend * usual), length(middle - times[:, None, None] * usual)
+    usual_off = float(np.quantile(off[good], 0.3))
+    good &= (off_along < ALIKE * off) & (off > LEAST_LONGER_PX * np.sqrt(count))
+    good &= length(after - before) < SAME * length(after + before)
+    longer = good & (times > LONGER[0] * bend) & (times < LONGER[1] * bend)
+    shorter = good & (times < SHORTER * bend)
+    if longer.sum() < max(FEWEST_GAPS, TIMES_SHORTER * shorter.sum()):  # a few: by noise, unless they stand out
+        longer &= off > STANDS_OUT_STEP * usual_off
+    beside = np.pad(longer, 1)
+    found[2:-1] = longer & ~beside[:-2] & ~beside[2:]  # two in a row are a shaken camera
     return found
 
 

@@ -24,7 +24,7 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_jump import find_jumps, flag_regular_gaps, jump_flags, longest_part
+from tracking.body_jump import find_jumps, flag_scattered_gaps, jump_flags, longest_part
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
@@ -196,7 +196,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     stopped = stopped_clock(frozen, seen)
     part = longest_part(len(frozen), sorted([*stopped, *(frame for frame, _ in jumps)]))
     believed[: part.start] = believed[part.stop :] = False
-    gaps = flag_regular_gaps(tracks.time.values, seen, names)
+    gaps = flag_scattered_gaps(jumps, len(frozen), names)
     if gaps:
         believed[:] = False
     flags = (
