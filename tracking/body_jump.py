@@ -49,9 +49,9 @@ STANDS_OUT_MISSING = 2.5
 LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
 LONGER = (1.5, 3.5)
-"""After one or two missing frames a step is so many times the mean of its neighbours, usual bends of the motion aside."""
+"""After one or two missing frames a step is so many times the mean of its neighbours, usual bends aside."""
 ALIKE = 0.5
-"""It points as they do: what it is off them, made longer, is less than this share of what it is off them as they are."""
+"""It points as they do: off them, made longer, it is by less than this share of what it is off them as they are."""
 LEAST_LONGER_PX = 1.0
 """It is longer by at least so many px, rms over the markers, …"""
 SAME = 0.5
@@ -241,9 +241,10 @@ def _follows_long_step(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarra
     if len(step_px) < 3:
         return found
     even = np.abs(step_s / np.median(step_s) - 1) < EVEN
-    seen = np.isfinite(step_px).all(axis=2)
+    seen = np.asarray(np.isfinite(step_px).all(axis=2))
     seen = seen[:-2] & seen[1:-1] & seen[2:]  # (n - 3, m)
-    before, middle, after = (np.where(seen[..., None], part, 0.0) for part in (step_px[:-2], step_px[1:-1], step_px[2:]))
+    step_px = np.stack([step_px[:-2], step_px[1:-1], step_px[2:]])
+    before, middle, after = np.where(seen[..., None], step_px, 0.0)
     usual, count = 0.5 * (before + after), seen.sum(axis=1)
     good = even[:-2] & even[1:-1] & even[2:] & (count >= FEWEST_MOVING) & (2 * count >= position_px.shape[1])
     if not good.any():

@@ -16,7 +16,7 @@ from calib.pipeline import Pipeline, open_session
 from fitting.calibration_file import CalibrationResult
 from swimcal.create_session import new_from_fishsim
 from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
-from tests.calib.door import ROOT, Front, assert_public_form, calibration_of
+from tests.calib.door import ROOT, Front, assert_public_form
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 CORE_S = 2 * 30.0
@@ -48,7 +48,10 @@ class TestRealRobot:
     """f1_00 and f1_75 are fitted, the three others held out."""
 
     def test_nearly_all_samples_are_used(self, real: Real) -> None:
-        assert all(0.9 < trial.used_fraction <= 1 for trial in real.data.trials.values())
+        """Of f1_25 one marker, tail_4, takes no part: it is seen in half of the frames."""
+        used = {name: trial.used_fraction for name, trial in real.data.trials.items()}
+        assert 0.85 < used.pop("f1_25") < 0.9
+        assert all(0.98 < share <= 1 for share in used.values())
 
     def test_held_out_speeds_are_foretold_better_than_by_ebt(self, real: Real) -> None:
         held_out = real.data.summary["holdout"]
@@ -99,16 +102,15 @@ def test_the_shipped_sample_is_calibrated_to_its_truth(calib: Front, tmp_path: P
 
     assert outcome.code == 0, outcome.err
     assert outcome.out.splitlines()[-1] == str(folder / "results" / "report.html")
-    data = calibration_of(folder)
-    truth = json.loads((folder / "truth.json").read_text())
+    files = ("results/calibration.json", "results/diagnosis.json", "truth.json")
+    data, found, truth = (json.loads((folder / name).read_text()) for name in files)
     for name, trial in data["trials"].items():
         true = truth["trials"][name]
         assert trial["frequency_hz"] == pytest.approx(true["frequency_hz"], rel=0.01)
-        assert trial["speed_twin"] == pytest.approx(true["speed_m_s"], abs=0.006)
+        assert trial["speed_measured"] == pytest.approx(true["speed_m_s"], rel=0.01)
         assert abs(np.angle(np.exp(1j * (trial["phase_rad"] - true["phase_rad"])))) < 0.1
-    assert data["summary"]["holdout"]["marker_error_mm"] < 10
     assert data["summary"]["holdout"]["speed_mae_twin"] < data["summary"]["holdout"]["speed_mae_ebt"]
-    assert "merged_markers" in [flag["kind"] for flag in data["trials"]["f1_30"]["flags"]]
+    assert found["groups"][0] == [truth["withheld"]["effect"]]
     model = mujoco.MjModel.from_xml_path(str(folder / "results" / "calibrated.xml"))
     assert [model.key(i).name for i in range(model.nkey)] == ["f0_60", "f1_30"]
 
