@@ -64,6 +64,7 @@ _UNEXPLAINED = Verdict("unexplained", ())
 _ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
+_BEFORE_ALL = 0.65  # share of the time until all effects are fitted jointly, where they are
 """Efforts with which all effects are also fitted at once."""
 
 # The test of named effects
@@ -174,6 +175,8 @@ def diagnose(
     if data.reference is None and all(trial.logged_hz is None for trial in data.of_role(fitted=True)):
         effects = {name: effect for name, effect in effects.items() if not effect.needs_log}
     weigh = _weigh if data.reference is None else _weigh_change
+    alone = _BEFORE_ALL if settings.effort in ALL_AT_ONCE and data.reference is None else 1.0
+    tell, tell_all = part_of(tell, 0.0, alone), part_of(tell, alone, 1.0)
     weighed = weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.78))
     weighed, said, refitting = _name_beside_likelier_error(weighed, effects, settings, part_of(tell, 0.78, 0.88))
     doubted = data.doubted
@@ -203,7 +206,7 @@ def diagnose(
         adequate=adequate,
         unknown_at=unknown_at,
         gap=gap,
-        everything=_everything(weighed, effects, said, swims, settings.effort),
+        everything=_everything(weighed, effects, said, swims, settings.effort, tell_all),
         experiments=()
         if data.reference is not None
         else next_experiments(
@@ -358,12 +361,18 @@ def _name_change(weighed: WeighedEvidence, refitting: Refitting, _settings: Sett
 
 
 def _everything(
-    weighed: WeighedEvidence, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
+    weighed: WeighedEvidence,
+    effects: Mapping[str, Effect],
+    said: Validated,
+    swims: HeldOut,
+    effort: str,
+    tell: Progress,
 ) -> tuple[RidgeFit, GapSize] | None:
     """Fit the twin with all effects and score it on held-out swims, just as it was fitted; None if not asked for."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap" or weighed.linear.given is not None:
         return None
     named = said.best or Refit.plain(weighed.linear)
+    tell("all effects jointly", 0.0)
     every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None

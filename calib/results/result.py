@@ -7,6 +7,7 @@ methods of a result: ``fit.plot.envelope("f1_00")``.
 from __future__ import annotations
 
 import html
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 TIME = {"long_name": "time (s)"}
 """Attributes of times in datasets for users: with `units`, a reader of the file would take them for dates."""
+LISTED = 6
+"""Flags of one kind in one trial that have a line each; the others are counted."""
 _MOTIONS = ("envelope", "path", "lateral")
 """Figures of a trial that need no other trial."""
 
@@ -288,13 +291,32 @@ def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:
 
 
 def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
-    """Format a line for each flag with the names of its trials; flags of the whole come last."""
+    """Format a line for each flag with the names of its trials; flags of the whole come last.
+
+    Of many flags of one kind in one trial the first few have a line, the others are counted in one.
+    """
     trials: dict[str, list[str]] = {}
+    listed: Counter[tuple[str, str]] = Counter()
     whole = []
     for name, flag in flags:
-        place = "" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}, {flag.kind}: "
-        if name:
-            trials.setdefault(f"{place}{flag.message}", []).append(name)
-        else:
+        if not name:
             whole.append(f"! {flag.message}")
-    return [*(f"! {', '.join(dict.fromkeys(names))}: {flag}" for flag, names in trials.items()), *whole]
+            continue
+        listed[name, flag.kind] += 1
+        if listed[name, flag.kind] <= LISTED:
+            trials.setdefault(f"{_place(flag)}{flag.message}", []).append(name)
+    lines = [f"! {', '.join(dict.fromkeys(names))}: {flag}" for flag, names in trials.items()]
+    more = [
+        f"! {name}: {count - LISTED} more flags `{kind}`, in its table of flags"
+        for (name, kind), count in listed.items()
+        if count > LISTED
+    ]
+    return [*lines, *more, *whole]
+
+
+def _place(flag: Flag) -> str:
+    """Say which frames a flag is about, and its kind; nothing where it is about the whole trial."""
+    if flag.frames is None:
+        return ""
+    first, last = flag.frames
+    return f"frame {first}, {flag.kind}: " if first == last else f"frames {first} to {last}, {flag.kind}: "

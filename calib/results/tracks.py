@@ -302,20 +302,11 @@ def print_filmed(
         flags = ", ".join(f"{count} {kind}" for kind, count in Counter(flag.kind for flag in own.flags).items())
         row = "{frames:7d} {seen:7.2%} {counts:7.2%} {filled:7.2%} {missing:8.2%} {confidence:11.2f}"
         print(f"{name:12} {row.format(**shares_of(own))}  {flags or 'none'}")
-    for name, own in tracks.items():
-        told = [flag for flag in own.flags if (verbose or flag.frames is None) and flag.message]
-        print("".join(f"! {name}: {_where(flag)}{flag.message}\n" for flag in told), end="")
-    print("".join(f"! {flag.message}\n" for flag in (*left_out, *filmed.flags)), end="")
+    told = [(name, flag) for name, own in tracks.items() for flag in own.flags if verbose or flag.frames is None]
+    told += [("", flag) for flag in (*left_out, *filmed.flags)]
+    print("".join(f"{line}\n" for line in flag_lines((name, flag) for name, flag in told if flag.message)), end="")
     print("".join(f"{path}\n" for path in filmed.exported), end="")
     print(filmed.folder)
-
-
-def _where(flag: Flag) -> str:
-    """Say which frames a flag is about, before its message; nothing where it is about the whole trial."""
-    if flag.frames is None:
-        return ""
-    first, last = flag.frames
-    return f"frame {first}, " if first == last else f"frames {first} to {last}, "
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:

@@ -198,7 +198,7 @@ def test_an_experiment_that_is_not_believed_is_reported(calib: Front, unfitted: 
     assert outcome.code == 0, outcome.err
     assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
     assert "no dry run: crank arm 39.5 mm as in robot.toml" in outcome.out
-    assert "! free decay pull is not used: the twin explains only" in outcome.out
+    assert "! Free decay pull is not used: the twin explains only" in outcome.out
     assert data["experiments"]["pull"]["used"] is False
     assert "not_used" in [flag["kind"] for flag in data["flags"]]
 
