@@ -340,8 +340,10 @@ def report_session(folder: Path) -> tuple[IndexEntry, str]:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
         keep_output(pipeline)
     gap, effort = None if diagnosis is None else diagnosis.read(), pipeline.the_fit().effort
-    name, caveats = pipeline.session.name, fit.answers.caveats
-    entry = IndexEntry(name, page, fit.data, effort, fit.verdict, gap, folder=folder, caveats=caveats)
+    name, caveats, explained = pipeline.session.name, fit.answers.caveats, len(fit.answers.explained)
+    entry = IndexEntry(
+        name, page, fit.data, effort, fit.verdict, gap, folder=folder, caveats=caveats, explained=explained
+    )
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 

@@ -22,7 +22,7 @@ _OF_UNKNOWN = {
     "water": "in the water",
 }
 _STANDS_OUT = 0.005  # least share of a stage that is named
-_MOSTLY_NOISE = 0.75  # least share of noise that is told
+_MOSTLY_NOISE = 0.5  # least share of noise that is told
 _MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
 _SHARES = ("relative", "share")  # parameters that are told in percent
 _OF_FREQUENCY = 0.5  # least share of the gap that shows in the beat frequency for it to be told apart from the rest
@@ -40,7 +40,7 @@ def where(data: DiagnosisResult) -> str:
     if data.verdict == "no_gap" and data.reference is not None:
         return "Where: nowhere; launches of the reference differ as much from one another."
     if data.verdict == "no_gap":
-        return "Where: no place that these trials show; noise explains what the twin leaves."
+        return "Where: no place that these trials show; what is left is no more than the twin usually leaves."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
         return "Where: in nothing that repeats with the beat."

@@ -18,9 +18,8 @@ from fitting.baselines import SAME_BEAT
 from fitting.calibration_file import CalibrationResult
 from fitting.session_forecast import TWIN, SessionForecast
 from reports.caveats import (
-    OF_MISSING_EFFECTS,
     beats_off_command,
-    explains_the_rest,
+    explained_kinds,
     fit_caveats,
     gap_caveats,
     posterior_caveats,
@@ -303,7 +302,7 @@ def answers_of(
         damaged: the file of "posterior" or "diagnosis" that is there and cannot be read.
     """
     why_not = _unreadable(damaged.get("diagnosis", "")) or "The trials were not searched for missing effects."
-    without = OF_MISSING_EFFECTS if diagnosed is not None and explains_the_rest(diagnosed) else ()
+    without = explained_kinds(diagnosed)
     every = (*fit_caveats(found, posterior), *posterior_caveats(posterior))
     caveats = (*fit_caveats(found, posterior, without), *posterior_caveats(posterior, without))
     sure = _how_sure(found, posterior, damaged.get("posterior", ""))

@@ -75,6 +75,11 @@ def explains_the_rest(found: DiagnosisResult) -> bool:
     return found.verdict == "named" and bool(found.models and found.gap.evaluated_on) and not _checks(found)
 
 
+def explained_kinds(found: DiagnosisResult | None) -> frozenset[str]:
+    """Return the kinds of flags of fit and posterior that the named effects explain; none without a diagnosis."""
+    return OF_MISSING_EFFECTS if found is not None and explains_the_rest(found) else frozenset()
+
+
 def gap_caveats(found: DiagnosisResult | None) -> tuple[str, ...]:
     """List what should be checked before a diagnosis is believed; none without one."""
     return () if found is None else tuple(map(sentence, _checks(found)))

@@ -308,13 +308,13 @@ def _speeds(context: ReportContext) -> Plot:
     band = ""
     if context.posterior is not None:
         inside, count = sure.in_band
-        bars = " and upright bars" if count else ""
+        bars = " Upright bars know the swim’s own beat and start, so they are shorter." if count else ""
         missed = context.unknown_to_bands if inside < 0.8 * count else ""
         whose = "its bar" if count == 1 else "their bars"
         held = f" {share_of(inside, count, 'held-out speed')} in {whose}{missed}." if count else ""
         band = (
             " Pale: the twin corrected with the fit trials, not the one you export (blue); its "
-            f"band{bars} should hold 90 % of new swims.{held}"
+            f"band should hold 90 % of new swims.{bars}{held}"
         )
     return Plot(
         speed_sweep_figure(calibration, context.posterior),

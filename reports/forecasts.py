@@ -314,5 +314,5 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     missed = len(bands) - sum(bands)
     if missed <= 0.2 * len(bands):
         return ()
-    why = context.unknown_to_bands or ": the bands are too narrow"
+    why = context.unknown_to_bands or ": the bands are too narrow, or the twin lacks an effect"
     return (f"{missed} of {len(bands)} forecasts of a held-out speed miss it by more than their 90 % bands{why}.",)

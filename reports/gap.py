@@ -201,8 +201,8 @@ def _explanations(found: DiagnosisResult) -> Table:
         other = ["another effect"] if each.something_else else []
         rows.append((" + ".join([*names, *other]) or "no effect", shown(each.probability, 3)))
     caption = (
-        "The most probable hypotheses. An effect stands for itself or a look-alike; “another effect” is outside the "
-        "catalogue."
+        "The most probable hypotheses. Each effect stands for itself or a look-alike, so its own probability is lower "
+        "than the sum of its rows; “another effect” is outside the catalogue."
     )
     return Table(caption, SET, tuple(rows), folded=True)
 

@@ -40,7 +40,8 @@ _ALWAYS = ("session", "folder")
 class IndexEntry:
     """One session of an index: its page, its fit with effort, verdict and caveats, its diagnosis.
 
-    What it lacks stays empty, with the reason in `error`. The folder tells sessions of one name apart.
+    What it lacks stays empty, with the reason in `error`. The folder tells sessions of one name apart. `explained`
+    counts the caveats that the named effects explain.
     """
 
     name: str
@@ -52,6 +53,7 @@ class IndexEntry:
     error: str = ""
     folder: Path | None = None
     caveats: Sequence[str] = ()
+    explained: int = 0
 
     @property
     def date(self) -> str:
@@ -149,6 +151,7 @@ def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
         "shrinkage_low": low,
         "shrinkage_high": high,
         "caveats": len(entry.caveats) if fit else "",
+        "explained_caveats": entry.explained if fit else "",
         "flags": " ".join(dict.fromkeys(flag.kind for flag in fit.standing_flags if flag.kind != EBT_RATIO_ONLY))
         if fit
         else "",
@@ -207,7 +210,9 @@ def _diagnosis(row: Mapping[str, Any]) -> _Cell:
 
 
 def _caveats(row: Mapping[str, Any]) -> _Cell:
-    return _cell(str(row["caveats"] or "none"), row["caveats"], in_words(str(row["flags"])))
+    explained = f"{row['explained_caveats']} explained" if row["explained_caveats"] else ""
+    counted_ones = " + ".join(filter(None, (str(row["caveats"] or ""), explained)))
+    return _cell(counted_ones or "none", row["caveats"], in_words(str(row["flags"])))
 
 
 _COLUMNS = (

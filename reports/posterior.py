@@ -157,9 +157,10 @@ def _density(axes: Axes, values: np.ndarray, limits: tuple[float, float], best: 
     heights, edges = np.histogram(values, _DENSITY_BINS, limits, density=True)
     smooth = gaussian_filter(heights, _SMOOTH, mode="nearest")
     middles = (edges[1:] + edges[:-1]) / 2
-    low, high = np.quantile(values, [0.05, 0.95])
-    axes.fill_between(middles, smooth, color=TWIN, alpha=0.15, linewidth=0)
-    axes.fill_between(middles, smooth, where=(middles >= low) & (middles <= high), color=TWIN, alpha=0.35, linewidth=0)
+    for share, alpha in zip(_HELD, (0.18, 0.3), strict=True):
+        low, high = np.quantile(values, [0.5 - share / 2, 0.5 + share / 2])
+        inside = (middles >= low) & (middles <= high)
+        axes.fill_between(middles, smooth, where=inside, color=TWIN, alpha=alpha, linewidth=0)
     axes.plot(middles, smooth, color=TWIN)
     axes.axvline(best, color=EBT, linewidth=1.0)
     axes.set_ylim(bottom=0)

@@ -244,7 +244,7 @@ def _describe_sources(sources: tuple[Source, ...]) -> str:
     chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
     missing = [in_words(source.quantity) for source in sources if source.assumed]
     if not missing:
-        return chain + "All of it was measured in this session."
+        return chain + "All numbers were measured in this session."
     return chain + (
         f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
         "session. The fluid coefficients absorb errors of assumed values, as far as they can."
@@ -392,7 +392,7 @@ def _describe_trials(trials: tuple[LoggedTrial, ...]) -> str:
     command = "" if off is None else f" The mean speed is off the command by up to {percent(off[0])} ({off[1]})."
     return (
         f"The motor was logged in {counted(len(trials), 'trial')}{_say_followed(trials)}. Within a turn its speed "
-        f"swings by up to ±{percent(ripple)}.{command}"
+        f"swings by ±{percent(ripple)} (√2 of its standard deviation).{command}"
     )
 
 
@@ -409,7 +409,7 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
     return (
         trial.name,
         "dry run" if trial.kind == "dry" else "swim",
-        shown(motor.commanded_hz, 3),
+        shown(motor.commanded_hz, 4),
         shown(motor.measured_hz, 4),
         shown(100 * trial.off_command, 2, signed=True),
         shown(100 * motor.ripple, 2),

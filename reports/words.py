@@ -363,7 +363,19 @@ def _how_surely(gap: GapSize) -> str:
     """Say whether the twin with the effects is closer, by the interval of its skill score, without that number."""
     if gap.shrinkage <= 0:
         return "with the effects the twin is no closer"
-    return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}"
+    worse, count = _farther_off(gap)
+    but = f", though its speed is farther off in {worse} of {count}" if worse else ""
+    return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}{but}"
+
+
+def _farther_off(gap: GapSize) -> tuple[int, int]:
+    """Count the held-out trials whose speed is farther off with the effects, and all whose speed is known."""
+    errors = [
+        (abs(each.speed_before - each.speed_measured), abs(each.speed_after - each.speed_measured))
+        for each in (gap.trials or {}).values()
+    ]
+    known = [(before, after) for before, after in errors if isfinite(before) and isfinite(after)]
+    return sum(after > before for before, after in known), len(known)
 
 
 def next_experiment(found: DiagnosisResult) -> str:

@@ -7,7 +7,7 @@ sentences and a table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import isnan
@@ -79,6 +79,8 @@ class PosteriorResult(Result):
     data: PosteriorSummary
     plot: PosteriorFigures
     next_step: str
+    explained: Collection[str] = ()
+    """Kinds of flags that the named effects of the current diagnosis explain."""
 
     @cached_property
     def idata(self) -> Any:
@@ -122,9 +124,9 @@ class PosteriorResult(Result):
     def verdict(self) -> str:
         """The verdict in one word: determined (all five), partly_determined or undetermined.
 
-        It is doubtful where there are other flags.
+        It is doubtful where there are other flags than those that the named effects explain.
         """
-        if any(flag.kind != "unidentifiable" for flag in self.flags):
+        if self._caveats:
             return "doubtful"
         determined = sum(one.determined for one in self.coefficients.values())
         return {0: "undetermined", len(self.coefficients): "determined"}.get(determined, "partly_determined")
@@ -137,8 +139,9 @@ class PosteriorResult(Result):
         found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
         inside, count, _ = data.inside("holdout")
         held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
-        caveats = posterior_caveats(data)
+        caveats, every = self._caveats, posterior_caveats(data)
         more = " (more: -v)" if len(caveats) > 1 else ""
+        none = f"{counted(len(every), 'caveat')}, which the named effects explain (-v)." if every else "No caveat."
         why = {
             "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
             "determined": ": all five, and without a caveat",
@@ -148,10 +151,14 @@ class PosteriorResult(Result):
             f"90 % intervals: {intervals}.",
             f"{found[:-1]}{held}.",
             drawn_sentence(self.forecasts),
-            f"Main caveat: {caveats[0]}{more}" if caveats else "No caveat.",
+            f"Main caveat: {caveats[0]}{more}" if caveats else none,
             f"Verdict of the posterior: {in_words(self.verdict)}{why}. Next: {self.next_step}",
         ]
         return "\n".join(filter(None, lines))
+
+    @property
+    def _caveats(self) -> tuple[str, ...]:
+        return posterior_caveats(self.data, self.explained)
 
     def details(self) -> list[str]:
         """List the coefficients, a line each, and every caveat."""

@@ -17,6 +17,7 @@ from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import PublishedResult
 from fitting.left_out import left_out_flags
 from fitting.trial import MeasuredTrial
+from reports.caveats import explained_kinds
 from reports.context import NoSwims, ReportContext
 from reports.first_screen import build_summary
 from reports.gap import build_gap, gap_plots
@@ -76,8 +77,16 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
     sections = (build_summary, build_posterior)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
-    step = _next_step(pipeline)
-    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
+    diagnosis = pipeline.current_diagnosis()
+    return PosteriorResult(
+        name=name,
+        file=stage.file,
+        data=found,
+        plot=figures,
+        next_step=_next_step(pipeline),
+        explained=explained_kinds(None if diagnosis is None else diagnosis.read()),
+        **_common(pipeline),
+    )
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:

@@ -83,12 +83,12 @@ def test_beside_a_beat_that_is_off_its_command_the_motion_has_a_place_of_its_own
     assert where(made_diagnosed("unexplained", where=shares)).endswith("mostly in the beat frequency.")
 
 
-@pytest.mark.parametrize("noise", [0.6, 0.9])
+@pytest.mark.parametrize("noise", [0.4, 0.6])
 def test_a_stage_is_not_all_where_noise_is_larger(noise: float) -> None:
     by_stage = {"camera": 0.0, "drive": 1 - noise, "body": 0.0, "tail": 0.0, "floor": noise}
     told = where(made_diagnosed("unexplained", where={"by_stage": by_stage}))
     assert told.startswith("Where: mostly in clock and drive")
-    assert ("though noise is larger" in told) == (noise > 0.75)
+    assert ("though noise is larger" in told) == (noise > 0.5)
 
 
 @pytest.mark.parametrize(

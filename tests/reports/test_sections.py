@@ -145,7 +145,7 @@ def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
     section = build_structure(of(replace(made_calibration().structure, sources=MEASURED)))
     (table,) = section.blocks
 
-    assert table.caption.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
+    assert table.caption.endswith("All numbers were measured in this session.")  # type: ignore[union-attr]
     assert table.rows[:3] == (  # type: ignore[union-attr]
         ("hinge stiffness", "0.651 ± 0.002", "N m/rad", "decay_1 and decay_2"),
         ("hinge damping", "21.3 ± 0.4", "mN m s/rad", "decay_1 and decay_2"),
