@@ -344,7 +344,8 @@ def report_session(folder: Path) -> tuple[IndexEntry, str]:
     entry = IndexEntry(
         name, page, fit.data, effort, fit.verdict, gap, folder=folder, caveats=caveats, explained=explained
     )
-    return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
+    notes = [note if note.endswith(".") else f"{note}." for note in pipeline.notes]
+    return entry, " ".join([f"{folder.name}: {pipeline.standing}; {fit.in_brief}.", *notes])
 
 
 def _run_one(folder: Path, effort: EffortName | None, workers: int, work: Work) -> Ended:

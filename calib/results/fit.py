@@ -71,7 +71,8 @@ class StructureResult(Result):
         """List the numbers of the structure, and every flag: of the experiments, each once, then of the whole."""
         return [*(source.sentence for source in self.data.sources), *flag_lines(self._flags())]
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return hinges and crank arm, and which of them are assumed."""
         return ", ".join(
             f"{in_words(each.quantity)} {each.value:.3g} {each.unit}{' (assumed)' if each.assumed else ''}"
@@ -260,7 +261,8 @@ class FitResult(Result):
         lines += [f"explained by the named effects: {caveat}" for caveat in self.answers.explained]
         return [*lines, *(f"flag: {line.removeprefix('! ')}" for line in flag_lines(self._flags_of_tracks()))]
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return the mean errors over the held-out trials, or over the fit trials where none is held out."""
         found, role = self.data.summary["holdout"], "held-out trial"
         if found is None:

@@ -164,7 +164,8 @@ class PosteriorResult(Result):
         """List the coefficients, a line each, and every caveat."""
         return [*interval_lines(self.coefficients), *(f"! {caveat}" for caveat in posterior_caveats(self.data))]
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return how many coefficients are determined, the draws and their convergence."""
         of = self.coefficients.values()
         determined = f"{sum(one.determined for one in of)} of {len(of)} coefficients determined"
@@ -320,7 +321,8 @@ class GapResult(Result):
         """List where, which and how far; then the most probable effects, what to check, and what to measure next."""
         return diagnosis_lines(self.data)
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return the verdict with the most probable effect, and the gap on held-out trials without and with it."""
         name, chance = next(iter(self.probabilities.items()))
         lines = f"{in_words(self.verdict)}, most probable {in_words(name)} ({chance:.2f})"
@@ -386,7 +388,8 @@ class EffectTest(Result):
         """List the lines of the summary, with blank lines between its parts."""
         return test_lines(self.data)
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return the effects and their log Bayes factor."""
         names = listed([in_words(name) for name in self.data.effects])
         return f"{names}; log Bayes factor over the plain twin {shown(self.log_bayes_factor)}"

@@ -225,12 +225,13 @@ class Result(Tables):
         """List every number and every flag, a line each."""
         raise NotImplementedError
 
-    def _in_brief(self) -> str:
+    @property
+    def in_brief(self) -> str:
         """Return the two or three numbers that matter, with their units."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.session.name}: {self._in_brief()}>"
+        return f"<{type(self).__name__} {self.session.name}: {self.in_brief}>"
 
 
 @dataclass(frozen=True)

@@ -316,14 +316,14 @@ class PosteriorStage(Stage):
         tell("building the model about the fit", 0.0)
         twin = Twin(self._fit.robot, trials[0].markers, workers=job.options.workers)
         mode = mode_of(self._fit.result(), trials, twin)
-        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, part_of(tell, 0.1, 0.6))
+        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, part_of(tell, 0.06, 0.62))
         if posterior.draws.flags:
             why = posterior.draws.flags[0].message
             raise NotConverged(
                 f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
                 "trials, leave out faulty ones, or try another [fit] seed in session.toml."
             )
-        summary = summarise(posterior, trials, job.session.seed, part_of(tell, 0.6, 1.0))
+        summary = summarise(posterior, trials, job.session.seed, part_of(tell, 0.62, 1.0))
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         job.note_incomplete(self.incomplete)

@@ -137,9 +137,9 @@ def sample_posterior(
         tell: takes messages with the share of the work that is done.
     """
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        surrogate = fit_surrogate(mode, seed, part_of(tell, 0.0, 0.85))
+        surrogate = fit_surrogate(mode, seed, part_of(tell, 0.0, 0.9))
         draws = sample(
-            surrogate.likelihood, surrogate.prior, surrogate.walkers, effective, seed, part_of(tell, 0.85, 1.0)
+            surrogate.likelihood, surrogate.prior, surrogate.walkers, effective, seed, part_of(tell, 0.9, 1.0)
         )
         found = Posterior(mode, surrogate, draws)
         return replace(found, flags=(*draws.flags, *_flags(found)))

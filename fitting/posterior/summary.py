@@ -128,7 +128,7 @@ def summarise(
     tell("predicting trials", 0.0)
     predicted = predict_trials(posterior, trials, seed)
     frequency_hz = sweep_frequencies([t.frequency.hz for t in trials], SWEPT)
-    sweep = predict_sweep(posterior, frequency_hz, seed, part_of(tell, 0.2, 1.0))
+    sweep = predict_sweep(posterior, frequency_hz, seed, part_of(tell, 0.35, 1.0))
     white = tuple(whiteness(trial) for trial in posterior.mode.model.trials)
     missed = [flag for trial in predicted for flag in trial.flags]
     return PosteriorSummary(
