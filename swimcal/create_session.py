@@ -174,7 +174,7 @@ def _choose_fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...])
 
 def _fishsim_trial(name: str, fitted: bool) -> dict[str, Any]:
     label = tomlkit.item(_label_hz(name)).comment(
-        "the label of the file, its unit unpublished: tails beat at 0.75 of it"
+        "the label of the file, published as the motor's Hz: tails beat at 0.75 of it"
     )
     return {
         "name": name,

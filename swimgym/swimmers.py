@@ -179,7 +179,8 @@ class Fish:
             model = copy(self.models[0])
             model.geom_fluid[fluid, FORCE_FIELDS] = row
             models.append(model)
-        return replace(self, models=tuple(models), origin=f"{self.origin}, {len(models)} sets of coefficients")
+        count = "own coefficients" if len(models) == 1 else f"{len(models)} sets of coefficients"
+        return replace(self, models=tuple(models), origin=f"{self.origin}, {count}")
 
 
 def load_fish(

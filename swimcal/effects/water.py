@@ -52,7 +52,7 @@ COURSE_S = 1.0
 # `WaveDrag`.
 GRAVITY_M_S2 = 9.81
 HUMP_FROUDE = 0.5
-"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
+"""Froude number at which the drag of the waves is greatest; they are 2 pi 0.5^2 = 1.6 hulls long."""
 
 
 def roll_response(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
@@ -236,7 +236,7 @@ class AddedMassReaction(WaterEffect):
     physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
     source = (
         "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
-        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
+        "Mech. 674 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
     )
     parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
 
@@ -478,7 +478,7 @@ class SkinFriction(WaterEffect):
 
     name = "skin_friction"
     physics = "Drag 1/2 rho S U^2 c with c = 1.328 / sqrt(Re): it grows as U^1.5, so that slow swimmers pay more."
-    source = "Blasius; Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014); Ehrenstein and Eloy, JFM 716 (2013)."
+    source = "Blasius; Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014); Ehrenstein and Eloy, JFM 718 (2013)."
     parameters = (Parameter("times_plate", "1", 0.0, 60.0, 2.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:

@@ -75,7 +75,7 @@ def elsewhere(pushed: ForceResponses) -> tuple[LocalDiscrepancy, ...]:
 @pytest.mark.long
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[LocalDiscrepancy, ...]) -> None:
     lagging = next(each for each in elsewhere if (each.place, each.same) == ("marker tail_4", True))
-    gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
+    gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0, 0.0])
     gap *= 15 / np.linalg.norm(linear().space.projected(gap))
     here = linear().with_residual(linear().residual + gap)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
