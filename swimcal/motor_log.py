@@ -70,6 +70,8 @@ _RANGE = {
 }
 # Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
 _SAME = 0.03
+# Further apart than this factor they are not those of one shaft, as where the velocity is the number of a register.
+_FAR_APART, _READINGS = 4.0, 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,13 +218,18 @@ def _check_units(
     other_positions = {name: POSITIONS[named[0]] / unit for name, unit in POSITIONS.items() if name != named[0]}
     other_velocities = {name: unit / VELOCITIES[named[1]] for name, unit in VELOCITIES.items() if name != named[1]}
     fits = [name for name, factor in (other_positions | other_velocities).items() if abs(ratio / factor - 1) < _SAME]
-    if fits and abs(ratio - 1) > 0.5:
+    # Over more readings than those between two renewals of a register.
+    moved_far = np.abs(position[_READINGS:] - position[:-_READINGS]) / (time_s[_READINGS:] - time_s[:-_READINGS])
+    way = float(np.nanmedian(moved_far) / np.median(speed[moving])) if np.isfinite(moved_far).any() else 1.0
+    apart = np.ptp(position[np.isfinite(position)]) > TURN and not 1 / _FAR_APART < way < _FAR_APART
+    if (fits and abs(ratio - 1) > 0.5) or apart:
+        step = f"If it is in that unit, name a column {' or '.join(fits)}." if fits else "Leave the wrong one empty."
         faults.add(
             "line 1",
             f"{named[0]} and {named[1]} do not fit each other",
-            found=f"a position that moves {ratio:.3g} times as fast as the velocity says",
+            found=f"a position that moves {way if apart else ratio:.3g} times as fast as the velocity says",
             expected="each column named by the unit that it is in",
-            next_step=f"If it is in that unit, name a column {' or '.join(fits)}.",
+            next_step=step,
         )
 
 

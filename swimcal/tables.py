@@ -99,7 +99,7 @@ def read_table(path: Path) -> RawTable:
     if not rows:
         faults.add("", EMPTY, expected="comma-separated rows of numbers", next_step=FILL)
     elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
-        step = "`calib convert` reads tracks with other separators, and writes these."
+        step = "Save it with commas; `calib convert` does so with tracks."
         expected = "columns separated by commas"
         faults.add("line 1", "one column only", found=shown(lines[0]), expected=expected, next_step=step)
     faults.raise_if_any()
@@ -140,6 +140,9 @@ def check_header(
     for column, names in others.items():
         if strange and strange[0].split("_")[0] == column.split("_")[0]:
             hint = f"{strange[0]!r} does not say its unit; name the column by it: {', '.join(names)}."
+    if strange and strange[0].split("_")[0] == "time" and "time_s" in columns:
+        hint = "Write the times in seconds, and name the column time_s."
+    hint = hint or "Give all columns in this order; one that was not measured may be empty."
     faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swimcal.errors import InputError
-from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, load_commands, load_motor
+from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, SPEED_RAD_S, load_commands, load_motor
 from swimcal.session import file_hashes, load_session
 from tests.swimcal.sample import SESSION_TOML, make_session
 
@@ -18,6 +18,15 @@ def written(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "m.csv"
     path.write_text(text)
     return path
+
+
+def test_a_velocity_that_is_the_number_of_a_register_does_not_fit_the_position(tmp_path: Path) -> None:
+    time_s = np.arange(300) / 100
+    rows = [f"{t},{6.0 * t},{6.0 / SPEED_RAD_S},,,," for t in time_s.tolist()]
+    path = tmp_path / "f0_95.motor.csv"
+    path.write_text("\n".join([",".join(MOTOR_COLUMNS), *rows]) + "\n")
+    with pytest.raises(InputError, match=r"position_rad and velocity_rad_s do not fit each other.*0\.02"):
+        load_motor(path)
 
 
 def test_motor_log_reads_every_column(tmp_path: Path) -> None:

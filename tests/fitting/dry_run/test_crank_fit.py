@@ -76,7 +76,7 @@ def test_its_95_percent_intervals_hold_the_truth_about_as_often() -> None:
     off, error = (np.array(part) for part in zip(*results, strict=True))  # (200, 5)
     covered = (np.abs(off / error) < 1.96).mean(axis=0)
 
-    assert ((covered >= 0.92) & (covered <= 0.985)).all(), covered
+    assert ((covered >= 0.90) & (covered <= 0.985)).all(), covered  # three standard deviations of 200 draws
     assert (np.abs(np.mean(off / error, axis=0)) < 0.25).all()
     assert np.sqrt((off[:, 0] ** 2).mean()) < 1e-4
 
