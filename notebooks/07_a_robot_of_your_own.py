@@ -191,9 +191,6 @@ session = calib.open_session(calib.new_session(folder / "pool", tracks=tracks, r
 calib.track(session).to_frame()[["frequency_hz", "speed", "used"]].round(4)
 
 # %% [markdown]
-# The speed of tracks is along the head's own axis. As the head swings, it is higher than the way made good that the
-# figure above names.
-#
 # A calibration needs more than these three trials: a quick fit of them finds other coefficients than those that swam,
 # and a constant stride forecasts the speed as well. Record the dry experiments (notebook 03) and several longer trials;
 # then `calib.run(session)`.
