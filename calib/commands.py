@@ -258,7 +258,7 @@ def fit(
 ) -> None:
     """Fit hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; write the MJCF.
 
-    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
+    Free decays give stiffness and damping of the hinges; dry runs then give the crank arm. What was not recorded
     is assumed to be as the robot is described, and reported so. Without a swim it ends with hinges and crank.
 
     Held-out trials are forecast given the frequency, and again after their first two beats; a line, a power law and a
@@ -340,7 +340,7 @@ def _parse_effects(option: str, text: str | None) -> tuple[str, ...]:
         from swimcal.effects.catalogue import catalogue
         from swimcal.errors import Fault, InputError
 
-        step = "Name some, or leave the option out; docs/effects.md has the table."
+        step = "Name some, or leave the option out; docs/effects.md lists them."
         expected, choices = "names of the catalogue, comma-separated", tuple(catalogue())
         raise InputError([Fault(option, "", "names no effect", repr(text), expected, choices, step)])
     return names

@@ -93,7 +93,7 @@ def fit(
     held-out trial is forecast by the twin alone, given the frequency, and after its first two beats; compared with a
     line, a power law and a constant stride through the fitted speeds, and the continuation of its first two beats.
 
-    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
+    Free decays give stiffness and damping of the hinges; dry runs then give the crank arm. What was not recorded
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:

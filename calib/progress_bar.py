@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
+from rich.table import Column
 from rich.text import Text
 
 from fitting.progress import Progress
@@ -33,8 +34,9 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
         with _ticking(Lines(lambda line: print(line, file=sys.stderr, flush=True))) as lines:
             yield lines
     else:
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeLeft())
-        with RichProgress(*columns, console=console, transient=True) as bar:
+        what = TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True, overflow="ellipsis"))
+        columns = (SpinnerColumn(), what, BarColumn(16), TimeElapsedColumn(), TimeLeft(Column(no_wrap=True)))
+        with RichProgress(*columns, console=console, transient=True, expand=True) as bar:
             yield ProgressBar(bar)
 
 

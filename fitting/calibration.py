@@ -405,5 +405,6 @@ def _flag_extrapolation(trial: MeasuredTrial, fitted_hz: tuple[float, float]) ->
     low, high = fitted_hz
     if low * 0.999 <= trial.frequency.hz <= high * 1.001:
         return ()
-    message = f"{trial.frequency.hz:.3f} Hz is outside the fitted {low:.3f} to {high:.3f} Hz"
+    fitted = f"{low:.3f} Hz" if low == high else f"{low:.3f} to {high:.3f} Hz"
+    message = f"{trial.frequency.hz:.3f} Hz is outside the fitted {fitted}"
     return (Flag("extrapolated", message=message),)

@@ -239,8 +239,8 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
     if not _inside(arm_m, *smooth_m):
         smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
         message = (
-            f"the lowest published distance of this run alone is at {1000 * arm_m:.1f} mm, at or beyond the "
-            f"end of the arms with which the tail moves smoothly, {smoothly}"
+            f"of this run alone, the arm with the lowest published distance, {1000 * arm_m:.1f} mm, is no inner one: "
+            f"the tail moves smoothly with arms of {smoothly}"
         )
         yield Flag("at_bound", message=message)
     yield from _of_motion(found)

@@ -191,11 +191,18 @@ def _descend(problem: _Problem, x: np.ndarray) -> tuple[np.ndarray, Regression, 
         Where it ends, (p,), the regression there, and whether it settled.
     """
     noise, found = FIRST_NOISE, False
+    model, held = problem.linearise(x), x
     for _ in range(ITERATIONS):
-        model = problem.linearise(x)
+        if x is not held:
+            try:
+                model, held = problem.linearise(x), x
+            except SimulationDiverged:  # too far in one step
+                x = 0.5 * (held + x)
+                continue
         guess = descend(model, noise)
         if not found and _size(guess) < NEAR:
             if problem.reject(model.residual - model.jacobian @ guess.step):
+                model = problem.linearise(x)
                 continue
             noise, found = regress(model).noise, True
             guess = descend(model, noise)
@@ -204,7 +211,7 @@ def _descend(problem: _Problem, x: np.ndarray) -> tuple[np.ndarray, Regression, 
             result = regress(model)
             return x + result.step, result, True
         x = x + guess.step if _size(guess) < NEAR else _search(problem, x, guess.step, noise)
-    return x, regress(problem.linearise(x)), False
+    return held, regress(model), False
 
 
 def _size(guess: Regression) -> float:

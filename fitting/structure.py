@@ -260,14 +260,16 @@ def identify_structure(
 
     Raises:
         NotEnoughData: the twin's tail moves smoothly over no range of crank arms.
-        SimulationDiverged: the twin does not stay bounded.
+        SimulationDiverged: the twin of a dry run does not stay bounded.
     """
-    decays = []
+    decays, unmeasured = [], dict(experiments.unmeasured_decays)
     for trial in experiments.decays:
         progress(f"fitting the free decay {trial.name}")
-        with _name_trials(f"trial {trial.name}"):
+        try:
             decays.append(fit_decay(trial, robot, workers=workers))
-    hinges, of_hinges, hinge_flags = _hinges(decays, experiments.unmeasured_decays, robot, origin)
+        except SimulationDiverged as problem:
+            unmeasured[trial.name] = str(problem)
+    hinges, of_hinges, hinge_flags = _hinges(decays, unmeasured, robot, origin)
     hinged = with_sources(robot, of_hinges)
     if experiments.runs:
         progress(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")

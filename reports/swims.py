@@ -458,8 +458,8 @@ def _strouhal(found: list[float]) -> str:
     known = [value for value in found if np.isfinite(value)]
     text = (
         "The swimming number is 2πf·aL/ν, the Reynolds number UL/ν, the Strouhal number 2fa/U: with the amplitude a of "
-        "the last marker (half its way across the pool), the length L from nose to fin, and the water's ν. Swimming "
-        "animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
+        "the last marker (half of its swing across the course, seen from the pool), the length L from nose to fin, and "
+        "the water's ν. Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
     )
     if not known:
         return f"{text}; it is not known for any trial here."

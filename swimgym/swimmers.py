@@ -24,6 +24,7 @@ from swimcal.robot import load_robot
 from swimcal.runs import ENGINE, quiet_engine, workers_of
 from swimcal.twin import FORCE_FIELDS, PLAUSIBLE_HINGE_RAD, PLAUSIBLE_SPEED_M_S
 
+_PUBLISHED = ", published coefficients"
 HEAD = ("surge", "sway", "yaw")
 """Joints of the head in an MJCF of the public contract: x, y (m) and yaw (rad); the robot heads along -x."""
 TURNS = ("roll", "pitch", "yaw")
@@ -180,7 +181,7 @@ class Fish:
             model.geom_fluid[fluid, FORCE_FIELDS] = row
             models.append(model)
         count = "own coefficients" if len(models) == 1 else f"{len(models)} sets of coefficients"
-        return replace(self, models=tuple(models), origin=f"{self.origin}, {count}")
+        return replace(self, models=tuple(models), origin=f"{self.origin.removesuffix(_PUBLISHED)}, {count}")
 
 
 def load_fish(
@@ -216,7 +217,7 @@ def load_fish(
     spec = build_mjcf(load_robot())
     model = spec.compile()
     digest = hashlib.sha256(spec.to_xml().encode()).hexdigest()
-    return Fish(spec.modelname, (model,), "the built-in robot, published coefficients", digest)
+    return Fish(spec.modelname, (model,), f"the built-in robot{_PUBLISHED}", digest)
 
 
 def _load_session_fish(session: Path, effects: bool, draws: int, seed: int) -> Fish:

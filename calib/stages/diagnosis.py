@@ -260,7 +260,7 @@ def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) 
         names: names as given.
         known: the known effects, by name.
     """
-    what, expected, step = "no effect of the catalogue", "names of the catalogue", "docs/effects.md has the table."
+    what, expected, step = "no effect of the catalogue", "names of the catalogue", "docs/effects.md lists them."
     faults = [
         Fault(option, name, what, repr(name), expected, tuple(known), did_you_mean(name, known) or step)
         for name in names

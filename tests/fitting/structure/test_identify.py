@@ -12,6 +12,7 @@ import pytest
 
 from fitting.free_decay import DecayTrial
 from fitting.structure import STRUCTURE, DryExperiments, Source, Structure, identify_structure, read_structure
+from swimcal.errors import SimulationDiverged
 from swimcal.flags import Flag
 from swimcal.results import Provenance
 from tests.cases import later
@@ -165,3 +166,14 @@ def test_a_structure_read_back_is_the_one_that_was_written(structure: Structure,
     with np.load(beside) as arrays:
         assert arrays[run["surface"]["distance_m"]].shape == (21, 81, 60)
     assert text.stat().st_size < 20_000
+
+
+def test_a_decay_whose_twin_diverges_stops_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def diverge(*_: object, **__: object) -> None:
+        raise SimulationDiverged("The free decay of the twin diverges")
+
+    monkeypatch.setattr("fitting.structure.fit_decay", diverge)
+    structure = identify_structure(measured()._replace(runs=()), DESCRIBED)
+    assert structure.decays == ()
+    assert ["The free decay of the twin diverges" in flag.message for flag in structure.flags] == [True]
+    assert by_quantity(structure)["hinge_stiffness"].assumed
