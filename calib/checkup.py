@@ -19,6 +19,7 @@ from fitting.dry_run import DryTrial
 from fitting.free_decay import DecayTrial
 from fitting.left_out import STILL_M_S
 from fitting.phase import speed_from_rest
+from reports.words import counted
 from swimcal.errors import SwimcalError
 from swimcal.mjcf import PUBLISHED_COEFFICIENTS
 from swimcal.results import program_version
@@ -27,6 +28,7 @@ from swimcal.robot_doubts import robot_doubts
 from swimcal.runs import ENGINE
 from swimcal.session import Session
 from swimcal.twin import Twin
+from tracking.video import Video
 
 _LEAST_BYTES = 1e9  # free space needed for results with a recording
 _FEWEST_FIT = 2  # recommended number of fit trials; a third allows cross-validation
@@ -62,11 +64,12 @@ def check_session(folder: Path) -> Iterator[Check]:
     except SwimcalError as problem:
         yield Check("session", "fault", str(problem), "Correct this, then run `calib doctor` again.")
         return
-    yield Check("session", "ok", f"{session.name}, {len(session.trials)} trials")
+    yield Check("session", "ok", f"{session.name}, {counted(len(session.trials), 'trial')}")
     pipeline = Pipeline(session, Options())
     if doubts := robot_doubts(pipeline.job.robot):
         yield Check("robot", "advice", " ".join(doubts), "Look at it: `calib robot FILE`.")
     yield from _trials(session)
+    yield from _films(session)
     yield _disk(session)
     yield from _recorded(pipeline.recordings)
     try:
@@ -153,6 +156,25 @@ def _trials(session: Session) -> Iterator[Check]:
         yield Check("dry experiments", "advice", f"no {' and no '.join(missing)}", step)
     if session.camera.calibration is None:
         yield Check("lens", "advice", "not calibrated", "See `calib camera` and docs/tracking.md.")
+
+
+def _films(session: Session) -> Iterator[Check]:
+    """Check that each film whose trial has no tracks can be read."""
+    for trial in session.trials:
+        if trial.video is None or trial.tracks is not None:
+            continue
+        try:
+            with Video(trial.video, fps=session.camera_of(trial).fps) as video:
+                info = video.info
+        except SwimcalError as problem:
+            yield Check(f"film {trial.name}", "fault", str(problem), "Copy it from the camera again.")
+            continue
+        found = (
+            f"{len(info.time_s)} frames, {info.fps:.4g} a second, {info.width_px} by {info.height_px} px, {info.codec}"
+        )
+        tracked = (session.results / "tracks" / f"{trial.name}.csv").is_file()
+        step = "" if tracked else f"Its markers are not tracked: `calib track {session.in_shell}` shows them."
+        yield Check(f"film {trial.name}", "ok" if tracked else "advice", found, step)
 
 
 _IN_WORDS = {"swim": "swim", "dry": "dry run", "free_decay": "free decay"}

@@ -8,6 +8,7 @@ import calib as front
 from calib import checkup
 from tests.calib.door import Front, edit
 from tests.calib.test_left_out import change_tracks, lose_the_tail
+from tests.reports.recording.trials import write_video
 
 
 def test_an_installation_that_works_has_no_fault(calib: Front) -> None:
@@ -37,6 +38,19 @@ def test_each_swim_is_measured_and_nothing_is_written(fresh: Path) -> None:
     assert found.loc["flag of fast"].state == "advice"
     assert "% off the commanded" in found.loc["flag of fast"].found
     assert not (fresh / "results").exists()
+
+
+def test_a_film_without_tracks_is_opened(fresh: Path) -> None:
+    write_video(fresh / "film.mp4")
+    toml = fresh / "session.toml"
+    toml.write_text(
+        f'{toml.read_text()}\n[[trial]]\nname = "film"\nkind = "swim"\nvideo = "film.mp4"\ncommanded_hz = 1.0\n'
+    )
+    found = front.doctor(fresh).loc["film film"]
+    assert (found.state, "calib track" in found.step) == ("advice", True)
+    assert "px, h264" in found.found
+    (fresh / "film.mp4").write_bytes(b"no film")
+    assert front.doctor(fresh).loc["film film"].state == "fault"
 
 
 def test_a_swim_that_is_called_a_dry_run_is_told(fresh: Path) -> None:
