@@ -315,4 +315,5 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     if missed <= 0.2 * len(bands):
         return ()
     why = context.unknown_to_bands or ": the bands are too narrow, or the twin lacks an effect"
-    return (f"{missed} of {len(bands)} forecasts of a held-out speed miss it by more than their 90 % bands{why}.",)
+    forecasts = f"{len(bands)} forecasts of held-out speeds, from the frequency and from two beats,"
+    return (f"{missed} of {forecasts} miss by more than their 90 % bands{why}.",)

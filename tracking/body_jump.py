@@ -50,6 +50,8 @@ LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
 LONGER = (1.5, 3.5)
 """After one or two missing frames a step is so many times the mean of its neighbours, usual bends aside."""
+NOT_LONGER = 1.25
+"""Its neighbours are at most so many times the mean of theirs: where all are longer a beat has few frames."""
 ALIKE = 0.5
 """It points as they do: off them, made longer, it is by less than this share of what it is off them as they are."""
 LEAST_LONGER_PX = 1.0
@@ -253,13 +255,23 @@ def _follows_long_step(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarra
     def length(steps_px: np.ndarray) -> np.ndarray:
         return np.asarray(np.sqrt((steps_px**2).sum(axis=(1, 2))))
 
-    times = (middle * usual).sum(axis=(1, 2)) / np.maximum(length(usual) ** 2, 1e-9)
+    def longer_by(steps_px: np.ndarray, usual_px: np.ndarray) -> np.ndarray:
+        return np.asarray((steps_px * usual_px).sum(axis=(1, 2)) / np.maximum(length(usual_px) ** 2, 1e-9))
+
+    def against_body(steps_px: np.ndarray) -> np.ndarray:
+        body_px = steps_px.sum(axis=1) / np.maximum(count, 1)[:, None]  # (n - 3, 2)
+        return np.where(seen[..., None], steps_px - body_px[:, None], 0.0)
+
+    times = longer_by(middle, usual)
     bend = max(float(np.quantile(times[good], 0.25)), 1.0)  # where a beat has few frames, every step is longer
     off, off_along = length(middle - bend * usual), length(middle - times[:, None, None] * usual)
     usual_off = float(np.quantile(off[good], 0.3))
     good &= (off_along < ALIKE * off) & (off > LEAST_LONGER_PX * np.sqrt(count))
     good &= length(after - before) < SAME * length(after + before)
+    near = np.pad(times, 1)
     longer = good & (times > LONGER[0] * bend) & (times < LONGER[1] * bend)
+    longer &= np.maximum(near[:-2], near[2:]) < NOT_LONGER
+    longer &= longer_by(against_body(middle), against_body(usual)) > NOT_LONGER  # a shaken camera bends no body
     shorter = good & (times < SHORTER * bend)
     if longer.sum() < max(FEWEST_GAPS, TIMES_SHORTER * shorter.sum()):  # a few: by noise, unless they stand out
         longer &= off > STANDS_OUT_STEP * usual_off

@@ -54,7 +54,7 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     narrow = replace(slow.forecasts["given_frequency"], speed_ci90=(0.9, 1.0))
     trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "given_frequency": narrow})}
     page = page_of(build_forecasts, forecasts=replace(made, trials=trials))
-    assert "1 of 2 forecasts of a held-out speed miss it by more than their 90 % bands" in page.text
+    assert "1 of 2 forecasts of held-out speeds, from the frequency and from two beats, miss by more than" in page.text
 
 
 def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:

@@ -106,6 +106,17 @@ def test_frames_that_are_gone_are_found_though_the_head_is_clamped(missing: int,
     assert [frame for frame, _ in body_jumps(time_s[: len(gone)], gone)] == [104]
 
 
+@pytest.mark.parametrize("frames", [5.5, 6.6, 9.0, 14.0])
+@pytest.mark.parametrize("start_s", [0.0, 0.7])
+def test_a_row_that_is_shaken_as_a_whole_lacks_no_frame(frames: float, start_s: float) -> None:
+    time_s = np.arange(160) / 60
+    since = np.clip(time_s - start_s, 0, None)
+    shaken = 60.0 * np.minimum(since, 1.0) * np.sin(2 * np.pi * 60 / frames * since)
+    position = np.stack([shaken[:, None] + 80.0 * np.arange(7), np.full((160, 7), 200.0)], axis=2)
+    position += np.random.default_rng(0).normal(0, 0.1, position.shape)
+    assert [frame for frame, off_px in body_jumps(time_s, position) if not off_px] == []
+
+
 @pytest.mark.parametrize("hz", [0.5, 1.3, 2.4])
 @pytest.mark.parametrize("softly", [False, True])
 def test_a_start_from_rest_is_no_gap(hz: float, softly: bool) -> None:
