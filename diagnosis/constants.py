@@ -142,6 +142,8 @@ COURSE_OF_LAUNCH = (0.004, 0.015)
 """Standard deviations of the speed sideways, m/s, and of the rate of turning, rad/s, from launch to launch."""
 SLIDE_OF_LAUNCH_PER_S = 1e-3
 """Standard deviation of a marker's slide along the fish over its place: a camera tilted by 20 mrad, at 0.1 m/s."""
+TILT_PER_M = 0.02
+"""Standard deviation of a camera's tilt over its height, 1/m: by 40 mrad at 2 m. Both sessions share it."""
 CREEP_OF_LAUNCH = (7e-5, 0.01)
 """Standard deviations of a marker's slide aside from launch to launch: its own, m/s, and over its height over nose and
 neck, 1/s, as hulls roll and cameras are tilted. In the public trials, whose launches differ by four times the usual,

@@ -19,6 +19,7 @@ from diagnosis.constants import (
     CREEP_SD_M_S,
     SLIDE_OF_LAUNCH_PER_S,
     TAKEN,
+    TILT_PER_M,
     perturbed_robots,
     placement_uncertainty,
 )
@@ -347,6 +348,25 @@ def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 
     own[-len(COURSE) :] = np.multiply(course, COURSE_OF_LAUNCH)
     free = [not each.twin.scene.head_clamped for each in model.trials]
     return np.kron(free, own)
+
+
+def slides_of_tilt(model: SessionModel) -> np.ndarray:
+    """Return how features (k, 2) change with a camera's tilt about the picture's axes, in prior standard deviations.
+
+    A tilted camera at height h magnifies by 1 + g x at a place x, g = tilt / h. Along a body that swims with speed v in
+    direction u, a marker at a place a slides by 2 a v (g u). With the head clamped none does.
+    """
+    found = []
+    for each in model.trials:
+        trial, own = each.trial, np.zeros((len(model.measured) // len(model.trials), 2))
+        places = places_of_slides(len(own))
+        heading_rad = trial.tracks.heading.values[trial.kept]
+        towards = np.array([np.nanmean(np.cos(heading_rad)), np.nanmean(np.sin(heading_rad))])
+        moving = 0.0 if each.twin.scene.head_clamped else 2 * trial.speed * TILT_PER_M
+        along_m = each.along_m[: places.stop - places.start]
+        own[places] = moving * np.outer(along_m - along_m.mean(), towards)  # slides are from the mean of all markers
+        found.append(own)
+    return np.vstack(found)
 
 
 def scatter_of_creeps(model: SessionModel) -> np.ndarray:

@@ -56,7 +56,7 @@ from diagnosis.discrepancy import generic_covariance
 from diagnosis.effect_response import EffectResponse
 from diagnosis.evidence import Hypotheses, covariances_of_rest
 from diagnosis.hypotheses import Assumed, Hypothesis, Probabilities
-from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_creeps, scatter_of_launch
+from diagnosis.linear_model import Given, LinearModel, SessionData, scatter_of_creeps, scatter_of_launch, slides_of_tilt
 from diagnosis.refit import Refit
 from diagnosis.result import ComparedWith, Visible
 from fitting.affected_trials import with_picture
@@ -370,7 +370,10 @@ class Comparison:
     def _shared(self, *, moving: bool) -> np.ndarray:
         """Return columns (k, c) of what both sessions share."""
         left_out = () if moving else self._moving
-        return np.hstack([each.shared for name, each in self._responses.items() if name not in left_out])
+        effects = [each.shared for name, each in self._responses.items() if name not in left_out]
+        tilt = np.zeros((len(self.joint.observed), 2))
+        tilt[: len(self.joint.model.measured)] = slides_of_tilt(self.joint.model)
+        return np.hstack([*effects, tilt])
 
     @cached_property
     def _rough(self) -> np.ndarray:

@@ -8,23 +8,25 @@ from functools import cache
 import numpy as np
 import pytest
 
-from diagnosis.constants import ONE_CHANGE
+from diagnosis.constants import ONE_CHANGE, TILT_PER_M
 from diagnosis.diagnose import Diagnosis, Settings, _name_change, _share_left, diagnose
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.discrepancy import discrepancy_for, generic_covariance
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.hypotheses import average_hypotheses
-from diagnosis.linear_model import SessionData
+from diagnosis.linear_model import SessionData, slides_of_tilt
 from diagnosis.reference import Comparison, Sizes
 from diagnosis.refit import Refit
 from diagnosis.sentences import where, which
 from diagnosis.verdict import verdict_of
 from fitting.dry_run import with_arm
-from fitting.features import advance_phase, marker_part
-from fitting.signatures import signature_of
+from fitting.features import advance_phase, marker_part, places_of_slides
+from fitting.signatures import little, signature_of
 from fitting.trial import MeasuredTrial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Observation, Parameter
+from swimcal.effects.measurement import LensDistortion
 from swimcal.errors import NotEnoughData
 from swimcal.twin import Twin
 from tests.cases import later
@@ -239,3 +241,28 @@ def test_a_reference_without_a_fitted_swim_is_refused() -> None:
     changed = replace(data(0.0, 5, twin), reference=replace(data(0.0, 1, twin), trials=held))
     with pytest.raises(NotEnoughData, match="reference session"):
         Comparison.of(changed)
+
+
+class Tilted(LensDistortion):
+    """What a tilted camera shows: a scale that grows across the picture."""
+
+    name = "tilted"
+    parameters = (Parameter("across", "1/m", -0.1, 0.1, 0.01), Parameter("along", "1/m", -0.1, 0.1, 0.01))
+
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
+        off = seen.marker_m - seen.view.axis_m
+        return np.asarray(seen.marker_m + (off @ values)[..., None] * off)
+
+
+def test_markers_slide_under_a_tilted_camera_as_it_is_expected_of_both_sessions() -> None:
+    model = joint().joint.model
+    signature = signature_of(Tilted(), model, CAMERA, AT)
+    own = len(model.measured) // len(model.trials)
+    expected = slides_of_tilt(model) / TILT_PER_M
+    for number in range(len(model.trials)):
+        slides = np.arange(own * number, own * (number + 1))[places_of_slides(own)]
+        for parameter in range(2):
+            slope = little(signature, parameter)
+            assert slope is not None
+            apart = slope[slides] - expected[slides, parameter]
+            assert np.linalg.norm(apart) < 0.25 * np.linalg.norm(expected[slides])
