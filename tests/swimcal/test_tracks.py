@@ -89,7 +89,7 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         ("1,2,3,4,5,6\n", "too short; found 1 frames; expected at least 2"),
         ("", "the file is empty"),
         ("\n\n\n", "the file is empty"),
-        ("1;2;3;4;5;6\n1;2;3;4;5;6\n", "expected columns separated by commas. `calib convert`"),
+        ("1;2;3;4;5;6\n1;2;3;4;5;6\n", "expected columns separated by commas. Save it with commas"),
         (b"\x89PNG\r\n\x1a\n\x00\xff", "not a text file; found byte 0x89 at 0; expected text in UTF-8"),
         ("1,2\n1,2\n".encode("utf-16"), "expected text in UTF-8. Save it again as CSV in UTF-8."),
         ("Höhe,1\n".encode("latin-1"), "found byte 0xf6 at 1; expected text in UTF-8. Save it again as CSV in UTF-8."),
