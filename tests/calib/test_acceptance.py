@@ -114,7 +114,7 @@ def test_the_shipped_sample_is_calibrated_to_its_truth(calib: Front, tmp_path: P
     assert data["summary"]["holdout"]["speed_mae_twin"] < data["summary"]["holdout"]["speed_mae_ebt"]
     assert found["groups"][0] == [truth["withheld"]["effect"]]
     model = mujoco.MjModel.from_xml_path(str(folder / "results" / "calibrated.xml"))
-    assert [model.key(i).name for i in range(model.nkey)] == ["f0_60", "f1_30"]
+    assert [model.key(i).name for i in range(model.nkey)] == ["f0_60", "f0_80", "f1_30", "steady_swim"]
 
 
 FAR_SD = 4.0
