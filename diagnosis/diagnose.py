@@ -64,8 +64,8 @@ _UNEXPLAINED = Verdict("unexplained", ())
 _ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
-_BEFORE_ALL = 0.65  # share of the time until all effects are fitted jointly, where they are
 """Efforts with which all effects are also fitted at once."""
+_BEFORE_ALL = 0.65  # share of the time before all effects are fitted at once, with those efforts
 
 # The test of named effects
 _ROUNDS_OF_TEST = {"quick": 3, "full": 8}  # steps of a refit, by effort
@@ -372,7 +372,7 @@ def _everything(
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap" or weighed.linear.given is not None:
         return None
     named = said.best or Refit.plain(weighed.linear)
-    tell("all effects jointly", 0.0)
+    tell("all effects at once", 0.0)
     every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None

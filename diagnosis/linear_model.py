@@ -351,10 +351,14 @@ def scatter_of_launch(model: SessionModel, course: float = 1.0, slides: float = 
 
 
 def slides_of_tilt(model: SessionModel) -> np.ndarray:
-    """Return how features (k, 2) change with a camera's tilt about the picture's axes, in prior standard deviations.
+    """Return how all features (k, 2) answer to a camera's tilt of `TILT_PER_M` about either axis of the picture.
 
-    A tilted camera at height h magnifies by 1 + g x at a place x, g = tilt / h. Along a body that swims with speed v in
-    direction u, a marker at a place a slides by 2 a v (g u). With the head clamped none does.
+    To first order a camera at height h that is tilted by the small angles g h shows a place x at (1 + g x) x (pinhole
+    camera; Hartley and Zisserman, Multiple View Geometry, section 6.1). So along a body that swims with speed v in
+    direction u a marker at a place a slides by 2 a v (g u), m/s. With the head clamped none does.
+
+    Args:
+        model: the trials.
     """
     found = []
     for each in model.trials:
@@ -364,7 +368,7 @@ def slides_of_tilt(model: SessionModel) -> np.ndarray:
         towards = np.array([np.nanmean(np.cos(heading_rad)), np.nanmean(np.sin(heading_rad))])
         moving = 0.0 if each.twin.scene.head_clamped else 2 * trial.speed * TILT_PER_M
         along_m = each.along_m[: places.stop - places.start]
-        own[places] = moving * np.outer(along_m - along_m.mean(), towards)  # slides are from the mean of all markers
+        own[places] = moving * np.outer(along_m - along_m.mean(), towards)  # slides are from their mean
         found.append(own)
     return np.vstack(found)
 

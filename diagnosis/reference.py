@@ -6,8 +6,8 @@ trials are conditional on those of the reference (Rasmussen and Williams 2006, e
 have in common cancels: the error of the twin's water first of all. In the joint covariance:
 
 - what both share: coefficients and robot as in any session, the span of the responses of all effects, `SHARED_SD` prior
-  standard deviations wide, and an error of no particular cause that is smooth over frequency; trials at one command
-  share a response, the mean of theirs;
+  standard deviations wide, the camera's tilt, and an error of no particular cause that is smooth over frequency;
+  trials at one command share a response, the mean of theirs;
 - what differs from launch to launch: a little of every effect, trim, course, a tilted camera's scale, and how far the
   responses of trials at one command differ, as a twin is not quite smooth in its numbers;
 - noise, boxes and the twin's own discrepancy, as in any session; at one command most of it comes again.
@@ -371,9 +371,13 @@ class Comparison:
         """Return columns (k, c) of what both sessions share."""
         left_out = () if moving else self._moving
         effects = [each.shared for name, each in self._responses.items() if name not in left_out]
-        tilt = np.zeros((len(self.joint.observed), 2))
-        tilt[: len(self.joint.model.measured)] = slides_of_tilt(self.joint.model)
-        return np.hstack([*effects, tilt])
+        return np.hstack([*effects, self._tilt])
+
+    @cached_property
+    def _tilt(self) -> np.ndarray:
+        """Columns (k, 2) of one prior standard deviation of the camera's tilt about either axis of the picture."""
+        features = slides_of_tilt(self.joint.model)
+        return np.pad(features, [(0, len(self.joint.observed) - len(features)), (0, 0)])
 
     @cached_property
     def _rough(self) -> np.ndarray:

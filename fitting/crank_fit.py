@@ -239,8 +239,8 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
     if not _inside(arm_m, *smooth_m):
         smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
         message = (
-            f"of this run alone, the arm with the lowest published distance, {1000 * arm_m:.1f} mm, is no inner one: "
-            f"the tail moves smoothly with arms of {smoothly}"
+            f"the published distance of this run alone is lowest at an arm of {1000 * arm_m:.1f} mm, not inside the "
+            f"range with which the tail moves smoothly, {smoothly}"
         )
         yield Flag("at_bound", message=message)
     yield from _of_motion(found)

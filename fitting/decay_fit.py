@@ -187,6 +187,8 @@ class _Problem:
 def _descend(problem: _Problem, x: np.ndarray) -> tuple[np.ndarray, Regression, bool]:
     """Descend by Gauss-Newton under a first guess of the noise until it is near, then under the noise found there.
 
+    A step to where the twin diverges is halved.
+
     Returns:
         Where it ends, (p,), the regression there, and whether it settled.
     """

@@ -210,9 +210,8 @@ def _diagnosis(row: Mapping[str, Any]) -> _Cell:
 
 
 def _caveats(row: Mapping[str, Any]) -> _Cell:
-    explained = f"{row['explained_caveats']} explained" if row["explained_caveats"] else ""
-    counted_ones = " + ".join(filter(None, (str(row["caveats"] or ""), explained)))
-    return _cell(counted_ones or "none", row["caveats"], in_words(str(row["flags"])))
+    explained = f" + {row['explained_caveats']} explained" if row["explained_caveats"] else ""
+    return _cell(f"{row['caveats'] or 'none'}{explained}", row["caveats"], in_words(str(row["flags"])))
 
 
 _COLUMNS = (

@@ -392,7 +392,7 @@ def _describe_trials(trials: tuple[LoggedTrial, ...]) -> str:
     command = "" if off is None else f" The mean speed is off the command by up to {percent(off[0])} ({off[1]})."
     return (
         f"The motor was logged in {counted(len(trials), 'trial')}{_say_followed(trials)}. Within a turn its speed "
-        f"swings by ±{percent(ripple)} (√2 of its standard deviation).{command}"
+        f"swings by ±{percent(ripple)} (√2 times its standard deviation).{command}"
     )
 
 

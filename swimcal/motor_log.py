@@ -70,8 +70,10 @@ _RANGE = {
 }
 # Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
 _SAME = 0.03
-# Further apart than this factor they are not those of one shaft, as where the velocity is the number of a register.
-_FAR_APART, _READINGS = 4.0, 16
+# Position and velocity that differ by this factor are not those of one shaft, or one is the number of a register.
+_FAR_APART = 4.0
+# More readings than lie between two renewals of a register.
+_READINGS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +220,6 @@ def _check_units(
     other_positions = {name: POSITIONS[named[0]] / unit for name, unit in POSITIONS.items() if name != named[0]}
     other_velocities = {name: unit / VELOCITIES[named[1]] for name, unit in VELOCITIES.items() if name != named[1]}
     fits = [name for name, factor in (other_positions | other_velocities).items() if abs(ratio / factor - 1) < _SAME]
-    # Over more readings than those between two renewals of a register.
     moved_far = np.abs(position[_READINGS:] - position[:-_READINGS]) / (time_s[_READINGS:] - time_s[:-_READINGS])
     way = float(np.nanmedian(moved_far) / np.median(speed[moving])) if np.isfinite(moved_far).any() else 1.0
     apart = np.ptp(position[np.isfinite(position)]) > TURN and not 1 / _FAR_APART < way < _FAR_APART

@@ -49,21 +49,22 @@ STANDS_OUT_MISSING = 2.5
 LEAST_OFF_PX = 0.3
 """Without it, it is off by at least so many px, rms."""
 LONGER = (1.5, 3.5)
-"""After one or two missing frames a step is so many times the mean of its neighbours, usual bends aside."""
+"""Range of the length of a long step, over one or two missing frames, against the mean of the steps beside it."""
 NOT_LONGER = 1.25
-"""Its neighbours are at most so many times the mean of theirs: where all are longer a beat has few frames."""
+"""Limit of the same for the steps beside a long one: where all are longer, a beat has few frames. A long step exceeds
+it also in the markers' motion against one another, or the camera was shaken."""
 ALIKE = 0.5
-"""It points as they do: off them, made longer, it is by less than this share of what it is off them as they are."""
+"""Largest distance of a long step from a multiple of its neighbours' mean, against that from the mean itself."""
 LEAST_LONGER_PX = 1.0
-"""It is longer by at least so many px, rms over the markers, …"""
+"""Least px, rms over the markers, by which a long step exceeds the mean of its neighbours."""
 SAME = 0.5
-"""… and its neighbours differ by less than this share of their sum, or a picture came late and none is missing."""
+"""Largest difference of the steps beside a long one, against their sum: a picture that came late makes more."""
 SHORTER, TIMES_SHORTER = 0.4, 4
 """Noise makes steps this short about as often as long ones; missing frames make so many times more long ones."""
 STANDS_OUT_STEP = 3.0
-"""Where long steps are few, each is off its neighbours by so many times what is usual in the trial."""
+"""Least distance of a long step from its neighbours' mean, against the usual one, where long steps are few."""
 FEWEST_GAPS, GAPS_SHARE = 3, 0.01
-"""In so many places, and in this share of the frames, frames are missing here and there."""
+"""Least number, and share of the frames, of places with missing frames beyond which others are missing unseen."""
 
 
 def find_jumps(time_s: np.ndarray, position_px: np.ndarray, names: tuple[str, ...]) -> list[tuple[int, float]]:

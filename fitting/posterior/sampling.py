@@ -37,8 +37,8 @@ _APART = 1e-6  # relative difference of copied walkers: a snooker move from one 
 
 # The surrogate
 _FIRST = 144  # simulations of the first round: enough for cubics (56 terms)
-_AT_ONCE = 24  # of them at once, between reports of progress
-_OF_FIRST = 0.65  # share of the time that they take
+_AT_ONCE = 24  # simulations between two reports of progress
+_FIRST_SHARE = 0.65  # share of the time that the first round takes
 _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
 _STEPS = 500  # steps of the walkers in each round
@@ -220,17 +220,16 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         tell: takes messages with the share of the work that is done.
     """
     random = np.random.default_rng([seed, 1])
-    points, simulated = _draw_about(mode, _FIRST, _OUTWARD, random), []
+    points, parts = _draw_about(mode, _FIRST, _OUTWARD, random), []
     for first in range(0, len(points), _AT_ONCE):
-        tell("simulating about the fit", _OF_FIRST * first / len(points))
-        simulated.append(mode.model.simulated(points[first : first + _AT_ONCE]))
-    features = np.concatenate(simulated)
-    good = np.isfinite(features).all(axis=1)
+        tell("simulating about the fit", _FIRST_SHARE * first / len(points))
+        parts.append(_simulate(mode, points[first : first + _AT_ONCE]))
+    good, features = map(np.concatenate, zip(*parts, strict=True))
     points, features = points[good], features[good]
     forward = _swim_forward(mode, points, _outermost(mode, points, len(points) // _ASKED))
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
-        share = _OF_FIRST + (1 - _OF_FIRST) * (1 - 0.5**round_)  # two rounds mostly do
+        share = _FIRST_SHARE + (1 - _FIRST_SHARE) * (1 - 0.5**round_)  # two rounds mostly do
         tell(f"emulating the twin, round {round_ + 1}", share)
         likelihood = Likelihood.of(mode, fit_emulator(points, features))
         prior = ForwardSwimming.of(points, forward)
