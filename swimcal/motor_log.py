@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
 from swimcal.flags import Flag
@@ -220,8 +221,7 @@ def _check_units(
     other_positions = {name: POSITIONS[named[0]] / unit for name, unit in POSITIONS.items() if name != named[0]}
     other_velocities = {name: unit / VELOCITIES[named[1]] for name, unit in VELOCITIES.items() if name != named[1]}
     fits = [name for name, factor in (other_positions | other_velocities).items() if abs(ratio / factor - 1) < _SAME]
-    moved_far = np.abs(position[_READINGS:] - position[:-_READINGS]) / (time_s[_READINGS:] - time_s[:-_READINGS])
-    way = float(np.nanmedian(moved_far) / np.median(speed[moving])) if np.isfinite(moved_far).any() else 1.0
+    way = _way_turned(time_s, position, velocity, fast / 2)
     apart = np.ptp(position[np.isfinite(position)]) > TURN and not 1 / _FAR_APART < way < _FAR_APART
     if (fits and abs(ratio - 1) > 0.5) or apart:
         step = f"If it is in that unit, name a column {' or '.join(fits)}." if fits else "Leave the wrong one empty."
@@ -232,6 +232,16 @@ def _check_units(
             expected="each column named by the unit that it is in",
             next_step=step,
         )
+
+
+def _way_turned(time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, least_rad_s: float) -> float:
+    """Return how far a shaft turns, over what its velocity (n,) says; 1 where it turns too slowly to tell."""
+    if len(time_s) <= _READINGS:
+        return 1.0
+    turned = np.abs(position[_READINGS:] - position[:-_READINGS]) / (time_s[_READINGS:] - time_s[:-_READINGS])
+    said = np.abs(sliding_window_view(velocity, _READINGS + 1).mean(axis=1))
+    turns = np.isfinite(turned) & (said > least_rad_s)
+    return float(np.median(turned[turns] / said[turns])) if turns.any() else 1.0
 
 
 def _add_other_time(faults: FaultCollector, found: str) -> None:

@@ -2,6 +2,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swimcal.errors import InputError
 from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, SPEED_RAD_S, load_commands, load_motor
@@ -27,6 +29,19 @@ def test_a_velocity_that_is_the_number_of_a_register_does_not_fit_the_position(t
     path.write_text("\n".join([",".join(MOTOR_COLUMNS), *rows]) + "\n")
     with pytest.raises(InputError, match=r"position_rad and velocity_rad_s do not fit each other.*0\.02"):
         load_motor(path)
+
+
+@given(rest_s=st.floats(0.0, 30.0), slow=st.floats(0.0, 0.3), rad_s=st.floats(2.0, 16.0), seed=st.integers(0, 99))
+def test_a_log_may_rest_or_turn_slowly_for_most_of_its_time(
+    rest_s: float, slow: float, rad_s: float, seed: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    time_s = np.cumsum(np.random.default_rng(seed).uniform(0.006, 0.014, round((rest_s + 8.0) / 0.01)))
+    velocity = np.where(time_s < rest_s, slow * rad_s, rad_s)
+    position = np.concatenate([[0.0], np.cumsum(np.diff(time_s) * velocity[1:])])
+    rows = [f"{t:.5f},{p:.6f},{v:.5f},,,," for t, p, v in zip(time_s, position, velocity, strict=True)]
+    path = tmp_path_factory.mktemp("log") / "f1_00.motor.csv"
+    path.write_text("\n".join([HEADER, *rows]) + "\n")
+    assert load_motor(path).flags == ()
 
 
 def test_motor_log_reads_every_column(tmp_path: Path) -> None:
