@@ -112,7 +112,8 @@ def _record_trial(
     picture: tuple[int, int] | None = None
     proxy: Path | None = None
     if spec.tracks is not None:
-        tracks = load_tracks(spec.tracks, session.markers, session.camera_of(spec).fps, rename=session.rename)
+        fps = session.camera_of(spec).fps
+        tracks = load_tracks(spec.tracks, session.markers, fps, rename=session.rename, seen=False)
         tracked = as_tracked(tracks, check_tracks(tracks, pipeline.job.robot).flags)
     else:
         tracked = pipeline.recordings.videos.tracks(spec)

@@ -179,7 +179,7 @@ def estimate_frequency(
     if (weight.sum(axis=1) > 0).sum() < 12:
         raise NotEnoughData(
             "fewer than 12 frames with a usable tail marker; a frequency needs at least one beat. "
-            "See the flags of its markers, set better start boxes and track it again, or leave the trial out"
+            "Set better start boxes and track it again, or leave the trial out"
         )
     ends = np.flatnonzero(weight.sum(axis=1) > 0)[[0, -1]]
     shown = slice(ends[0], ends[1] + 1)

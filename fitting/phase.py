@@ -60,9 +60,15 @@ def swim(
 
 
 def frames_in_step(trial: MeasuredTrial) -> slice:
-    """Return the frames that set a trial's crank phase: three beats of its known part, after the start is forgotten."""
-    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
-    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
+    """Return the frames that set a trial's crank phase: three beats of its known part, after the start is forgotten.
+
+    They begin where its tail is seen: a camera that was bumped, or a fish that comes in late, leaves the start unseen.
+    """
+    settled = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S))
+    seen = settled[trial.weight[settled][:, list(trial.tail)].any(axis=1)]
+    late_s = trial.time_s[seen[0]] - trial.time_s[settled[0]] if len(seen) else 0.0
+    end = SETTLED_S + late_s + BEATS_IN_STEP / trial.start_frequency.hz
+    frames = settled[(trial.time_s[settled] >= trial.time_s[settled[0]] + late_s) & (trial.time_s[settled] <= end)]
     return slice(int(frames[0]), int(frames[-1]) + 1)
 
 

@@ -30,6 +30,7 @@ BUILT_IN = "the built-in robot"
 UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02}
 """Relative standard deviation of each number that nobody measured."""
 WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not used with others
+_ANOTHER_ROBOT = 2.5  # factor between measured and described stiffness; a wrong frame rate often doubles the clock
 WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
 Tell = Callable[[str], None]
 """Function that takes a message about the progress."""
@@ -306,7 +307,19 @@ def _hinges(
     found, names = combine_decays(used), tuple(fit.name for fit in used)
     stiffness = measured_source(STIFFNESS, found.stiffness_n_m, found.stiffness_se_n_m, names, "free decay")
     damping = measured_source(DAMPING, found.damping_n_m_s, found.damping_se_n_m_s, names, "free decay")
-    return found, (stiffness, damping), (*flags, *found.flags)
+    return found, (stiffness, damping), (*flags, *found.flags, *_off_robot(stiffness.value, robot, origin))
+
+
+def _off_robot(n_m: float, robot: RobotSpec, origin: str) -> tuple[Flag, ...]:
+    """Flag a measured stiffness of the hinges, N m/rad, that is another robot's, or goes by a wrong clock."""
+    described = assumed_source(STIFFNESS, robot, origin, "").value
+    if 1 / _ANOTHER_ROBOT < n_m / described < _ANOTHER_ROBOT:
+        return ()
+    message = (
+        f"free decays give {n_m / described:.2g} times the hinge stiffness of {robot.name}, {described:.3g} N m/rad: "
+        "is their frame rate right (stiffness goes with its square), and is it this robot?"
+    )
+    return (Flag("robot_off", message=message),)
 
 
 def _crank(

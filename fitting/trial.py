@@ -333,7 +333,7 @@ def _check_start(trial: MeasuredTrial) -> None:
     if trial.role != "fit" and not trial.head_seen[first].all() and beats < 1.0:
         raise NotEnoughData(
             f"trial {trial.name}: the part of a held-out trial that may be looked at begins with {beats:.1f} beats "
-            "that show nose and neck; at least one is needed. See the flags of these markers"
+            "that show nose and neck; at least one is needed"
         )
 
 
@@ -433,8 +433,7 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
             )
             raise NotEnoughData(
                 f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are "
-                f"{counts}, too few, or at too few phases of the beat. See the flags of these "
-                "markers, or leave the trial out"
+                f"{counts}, too few, or at too few phases of the beat. Track it again, or leave the trial out"
             )
     if read.all():
         return trial

@@ -60,7 +60,7 @@ FLAG_KINDS: dict[str, str] = {
     "outside_bands": "a fitted trial lies outside its own predicted band",
     "wide_bands": "predictive bands are wider than the trials need",
     "markers_off": "markers sit elsewhere than the robot's description has them",
-    "robot_off": "the swim trials support another robot than the described one",
+    "robot_off": "the recordings support another robot than the described one",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",
     "restarts_disagree": "different starts end at different estimates",

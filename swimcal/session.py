@@ -306,7 +306,7 @@ def _check_recordings(
         if path and known:
             with faults.nested():
                 name, rename = str(trial.get("name")), content.markers.rename if content else NO_NAMES
-                tracks = load_tracks(path, markers, rates.get(name, 1.0), rename=rename)
+                tracks = load_tracks(path, markers, rates.get(name, 1.0), rename=rename, seen=False)
                 if robot is not None:
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:

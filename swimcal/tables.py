@@ -245,7 +245,9 @@ def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> N
 
     faults.extend_capped([fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()])
     late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
-    faults.extend_capped([fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late])
+    found = [fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late]
+    step = "Remove rows that are there twice, sort the others, and write times with all their decimals."
+    faults.extend_capped([*(replace(first, next_step=step) for first in found[:1]), *found[1:]])
 
 
 def _read_number(cell: str) -> float | None:

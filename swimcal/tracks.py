@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
+UNSEEN = "no marker is seen in any frame"
+"""What is wrong with tracks without any sample."""
 SLOWEST_STEP_S = 0.5
 """Longest time between two frames of a camera; longer steps are not in seconds."""
 FASTEST_STEP_S = 1 / 2000
@@ -94,7 +96,13 @@ def pixels_of(tracks: xr.Dataset) -> np.ndarray:
 
 
 def load_tracks(
-    path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, rename: Mapping[str, str] = NO_NAMES
+    path: Path,
+    markers: Sequence[str],
+    fps: float,
+    *,
+    minimum: int = 2,
+    rename: Mapping[str, str] = NO_NAMES,
+    seen: bool = True,
 ) -> xr.Dataset:
     """Read the tracks of one trial, in either format of the session folder.
 
@@ -109,6 +117,7 @@ def load_tracks(
         fps: frames a second of files without a header.
         minimum: number of frames that the file must hold.
         rename: names of the file's columns, and which markers they are.
+        seen: whether tracks without any sample are a fault.
 
     Raises:
         InputError: every fault of the file at once.
@@ -127,6 +136,8 @@ def load_tracks(
             check_seconds(tracks.time.values, faults)
         check_pixels(pixels_of(tracks), faults)
         check_summary(pixels_of(tracks), [f"line {row.line}" for row in table.rows], faults)
+        if seen:
+            check_seen(~np.isnan(pixels_of(tracks)[..., 0]), faults)
         _check_samples(table, values, columns, tracks, faults)
     check_count(len(table.rows), faults, minimum)
     faults.raise_if_any()
@@ -147,8 +158,8 @@ def check_seen(present: np.ndarray, faults: FaultCollector) -> None:
     A single marker that is never seen takes no part in its trial.
     """
     if len(present) and not present.any():
-        what, step = "no marker is seen in any frame", "Track the trial again, or take it out of session.toml."
-        faults.add("", what, expected="samples of nose, neck and tail", next_step=step)
+        step = "Track the trial again, or take it out of session.toml."
+        faults.add("", UNSEEN, expected="samples of nose, neck and tail", next_step=step)
 
 
 def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
@@ -282,7 +293,6 @@ def _assemble(
 def _check_samples(
     table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: xr.Dataset, faults: FaultCollector
 ) -> None:
-    check_seen(~np.isnan(pixels_of(tracks)[..., 0]), faults)
     position_px, names = pixels_of(tracks), markers_of(tracks)
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample"
 

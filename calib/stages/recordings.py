@@ -27,7 +27,7 @@ from swimcal.results import sha256_of
 from swimcal.robot_doubts import robot_doubts
 from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
-from swimcal.tracks import load_tracks, save_tracks
+from swimcal.tracks import UNSEEN, load_tracks, pixels_of, save_tracks
 from tracking.boxes import ImpossibleBoxes
 from tracking.camera import lens_flags
 from tracking.exchanges import exchanged_apart
@@ -37,7 +37,8 @@ from tracking.tracked import as_tracked, drop_repeat_flags, mask_untrusted
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 
 HELD_OUT = 'its role in session.toml is "holdout"'
-
+_MANY = 0.05  # share of a trial's samples from which a flag is told as a reason why the trial is left out
+_TOLD = 2  # most flags that are told
 
 T = TypeVar("T", bound=AnyTrial)
 Made = TypeVar("Made")
@@ -109,7 +110,7 @@ class Recordings:
                 try:
                     yield spec, self._measure_alone(spec, self._recorded(spec))
                 except NotEnoughData as problem:
-                    yield spec, without_trial(spec.name, problem)
+                    yield spec, self._reason(spec, problem)
                 except InputError as problem:
                     yield spec, str(problem)
 
@@ -236,7 +237,7 @@ class Recordings:
                 with faults.nested():
                     measured.append(self._measure(spec, self._recorded(spec)))
             except NotEnoughData as problem:
-                problems.append((spec, without_trial(spec.name, problem)))
+                problems.append((spec, self._reason(spec, problem)))
         faults.raise_if_any()
         self._unmeasured = tuple(problems)
         fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
@@ -257,6 +258,20 @@ class Recordings:
                 for trial in measured
             ]
         return measured
+
+    def _reason(self, spec: TrialSpec, problem: NotEnoughData) -> str:
+        """Say why a trial cannot be measured, and which flags took most samples from it."""
+        why = without_trial(spec.name, problem)
+        try:
+            recorded = self._recorded(spec)
+        except (InputError, NotEnoughData):
+            return why
+        tracks = mask_untrusted(recorded)
+        flags = (*recorded.flags, *check_tracks(tracks, self._robot, FLOOR_PX).flags)
+        samples = {flag: len(flag.markers) * (flag.frames[1] - flag.frames[0] + 1) for flag in flags if flag.frames}
+        told = (flag for flag in samples if samples[flag] > _MANY * tracks.confidence.size and flag.message not in why)
+        worst = sorted(told, key=lambda flag: -samples[flag])[:_TOLD]
+        return ". ".join([why.removesuffix("."), *(f"{flag.kind}: {flag.message}" for flag in worst)])
 
     @cached_property
     def _repeated(self) -> dict[str, str]:
@@ -284,7 +299,7 @@ class Recordings:
             return _or_left_out(self.videos.tracks, spec)
         session = self._session
         fps = session.camera_of(spec).fps
-        tracked = as_tracked(load_tracks(spec.tracks, session.markers, fps, rename=session.rename))
+        tracked = as_tracked(load_tracks(spec.tracks, session.markers, fps, rename=session.rename, seen=False))
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
@@ -301,6 +316,8 @@ class Recordings:
     def _measure_alone(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """Measure one trial by its kind."""
         tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
+        if np.isnan(pixels_of(tracks)).all():
+            raise NotEnoughData(f"trial {spec.name}: {UNSEEN}. Track it again, or take it out of session.toml")
         camera, robot = self._session.camera_of(spec), self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)

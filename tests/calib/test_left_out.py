@@ -129,6 +129,24 @@ def test_of_one_recording_with_two_names_and_one_command_the_fit_trial_stays(
     assert recordings.swims_left_out == {"fast": "its recording is that of slow: give each its own, or remove one"}
 
 
+def lose_all(position_px: np.ndarray) -> None:
+    position_px[:] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("lose", "reason"),
+    [(lose_all, "no marker is seen in any frame"), (lose_the_tail, "gap: caudal_fin is missing in")],
+)
+def test_a_trial_that_is_not_seen_stops_no_other_and_says_why(
+    fresh: Path, lose: Callable[[np.ndarray], None], reason: str
+) -> None:
+    change_tracks(fresh, "fast", lose)
+    recordings = Pipeline(open_session(fresh), Options()).recordings
+
+    assert [trial.name for trial in recordings.swims] == ["slow"]
+    assert reason in recordings.swims_left_out["fast"]
+
+
 @pytest.mark.long
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:
     change_tracks(fresh, "fast", lose_the_tail)

@@ -31,6 +31,18 @@ def test_the_phase_is_found(name: str, swims: Swims, trials: dict[str, MeasuredT
     assert apart(found, truth.trials[name].phase_rad) < 0.03
 
 
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_the_phase_is_found_where_the_first_seconds_are_not_seen(
+    share: float, swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
+) -> None:
+    trial = trials["new"].with_role("fit")
+    unseen = trial.time_s < share * trial.time_s[-1]
+    late = trial.seen_as(weight=np.where(unseen[:, None], 0.0, trial.own_weight))
+    found = fit_phase(swims.twin, late, truth.plan.coefficients)
+
+    assert apart(found, truth.trials["new"].phase_rad) < 0.1
+
+
 def test_between_tries_the_phase_is_that_of_a_parabola() -> None:
     tries = np.array([0.0, 0.1, 0.2, 0.3])
     assert lowest(tries, 2.0 * (tries - 0.13) ** 2 + 1.0) == pytest.approx(0.13)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fitting.free_decay import DecayTrial
+from fitting.hinges import with_hinges
 from fitting.structure import STRUCTURE, DryExperiments, Source, Structure, identify_structure, read_structure
 from swimcal.errors import SimulationDiverged
 from swimcal.flags import Flag
@@ -144,6 +145,15 @@ def test_a_decay_of_something_else_is_not_used() -> None:
     (flag,) = identify_structure(DryExperiments([replace(decay, position_m=still + odd)]), DESCRIBED).flags
 
     assert flag.message.startswith("free decay pull is not used: the twin explains only")
+
+
+def test_hinges_that_are_another_robots_are_told() -> None:
+    """A frame rate that is off by two makes the stiffness four times too large."""
+    stiff = with_hinges(DESCRIBED, TRUE["hinge_stiffness"] / 4, TRUE["hinge_damping"])
+    found = identify_structure(measured()._replace(runs=()), stiff)
+
+    assert [flag.kind for flag in found.flags] == ["robot_off"]
+    assert "4 times the hinge stiffness" in found.flags[0].message
 
 
 @pytest.mark.long
