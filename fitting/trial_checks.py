@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.frequency import CLEAR, FEW_BEATS, HARMONICS, JUDGED, LEAST_EXPLAINED, SwimFrequency
-from fitting.pool import design, smooth_swim
+from fitting.pool import design, forward_speed, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
@@ -36,6 +36,12 @@ _WOBBLE = 0.03  # amplitude relative to nose to neck; public trials have 0.004, 
 _WOBBLE_DEGREE = 3  # degree of the smooth path
 _SLOWEST_WOBBLE_HZ = 0.2  # slower than that fish wander
 _FASTEST_WOBBLE_HZ = 3.0
+# A swim is unsteady if its speeds in the first beats, the last and over all differ by more than both of these.
+_UNSTEADY = 0.07  # public trials have 0.05, simulated swims 0.02
+_UNSTEADY_M_S = 0.008
+_LEAST_OF_END = 16  # frames that tell the speed of a beat or more
+_LEAST_OF_END_S = 0.6  # least duration of these beats
+_SEEN_OF_END = 0.8  # least share of the first or last beats that is seen
 _RESTS_S = 0.2  # least rest that is flagged
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
@@ -174,7 +180,7 @@ def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
 def motion_flags(
     time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: float, hz: float, scale_length_m: float
 ) -> tuple[Flag, ...]:
-    """Flag a fish that swims tail first, a course that bends, and a head that goes to and fro beside the beat.
+    """Flag a fish that swims tail first or unsteadily, a bent course, and a head that goes to and fro beside the beat.
 
     Args:
         time_s: (n,) s.
@@ -192,7 +198,16 @@ def motion_flags(
         )
         flags.append(Flag(TAIL_FIRST, message=message))
     turned, _ = _drift(time_s, head.heading_rad, kept, hz)
-    if abs(turned) > np.sqrt(40 * _CHORD):
+    bends = abs(turned) > np.sqrt(40 * _CHORD)
+    first, last = _ends(time_s, head, kept, hz)
+    paces = (first, last) if bends else (first, last, speed)
+    if np.ptp(paces) > max(_UNSTEADY * abs(speed), _UNSTEADY_M_S):
+        message = (
+            f"its speed changes while it is compared: {1000 * first:.0f} mm/s at first, {1000 * last:.0f} at the end, "
+            f"{1000 * speed:.0f} in all: was it pushed or slowed, does its beat change, or was the camera moved?"
+        )
+        flags.append(Flag("unsteady", message=message))
+    if bends:
         message = (
             f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, which its "
             f"speed is, is {100 * turned**2 / 40:.0f} % shorter than its path"
@@ -207,6 +222,18 @@ def motion_flags(
         )
         flags.append(Flag(WOBBLES, message=message))
     return tuple(flags)
+
+
+def _ends(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, hz: float) -> tuple[float, float]:
+    """Return the forward speeds in the first and last beats that are compared, m/s; nan where too little is seen."""
+    seen = kept & np.isfinite(head.heading_rad)
+    frame_s = float(np.median(np.diff(time_s)))
+    beats_s = np.ceil(max(_LEAST_OF_END * frame_s, _LEAST_OF_END_S) * hz) / hz
+    begins, ends = time_s[seen][[0, -1]] if seen.any() else (0.0, 0.0)
+    parts = [seen & (time_s <= begins + beats_s + 1e-9), seen & (time_s >= ends - beats_s - 1e-9)]
+    whole = ends - begins >= 2 * beats_s and all(part.sum() * frame_s > _SEEN_OF_END * beats_s for part in parts)
+    first, last = (float(forward_speed(time_s, head, part, hz)) if whole else np.nan for part in parts)
+    return first, last
 
 
 def _wobble(time_s: np.ndarray, path_m: np.ndarray, hz: float) -> tuple[float, float]:

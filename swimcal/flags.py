@@ -78,6 +78,7 @@ FLAG_KINDS: dict[str, str] = {
     "unread_marker": "a marker is seen too little to take part",
     "carried": "the robot slips aside as in no other swim",
     "tail_first": "the robot swims tail first",
+    "unsteady": "the speed changes during the trial",
     "turns": "the course bends so much that the net displacement is shorter than the path",
     "left_out": "a trial takes no part",
     "far_from_twin": "the trial's own twin is far from it",

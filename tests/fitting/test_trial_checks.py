@@ -313,6 +313,26 @@ def test_a_marker_that_slides_aside_of_its_neighbours_is_flagged_and_a_body_that
 
 
 @pytest.mark.long
+@few(5)
+@given(
+    hz=st.floats(0.6, 2.5),
+    fps=st.floats(30.0, 120.0),
+    speed=st.floats(0.08, 0.3),
+    by=st.floats(0.3, 0.5),
+    sign=st.sampled_from([-1, 0, 1]),
+    turn=st.floats(0.0, 6.2),
+    seed=st.integers(0, 99),
+)
+def test_a_swim_that_slows_or_hurries_is_flagged_and_a_steady_one_is_not(
+    hz: float, fps: float, speed: float, by: float, sign: int, turn: float, seed: int
+) -> None:
+    time_s, position_px = swim(6.0, hz, speed, fps, seed=seed)
+    position_px[..., 0] -= (PX_PER_M * speed * sign * by * time_s**2 / (2 * time_s[-1]))[:, None]
+    trial = measured(time_s, position_px @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]))
+
+    assert ("unsteady" in kinds(trial)) == bool(sign)
+
+
 def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
     time_s, position_px = swim(10.0)
     winding = 0.15 * np.sin(2 * np.pi * 0.25 * time_s)
