@@ -66,9 +66,10 @@ def frames_in_step(trial: MeasuredTrial) -> slice:
     """
     settled = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S))
     seen = settled[trial.weight[settled][:, list(trial.tail)].any(axis=1)]
-    late_s = trial.time_s[seen[0]] - trial.time_s[settled[0]] if len(seen) else 0.0
+    first = seen[0] if len(seen) else settled[0]
+    late_s = trial.time_s[first] - trial.time_s[settled[0]]
     end = SETTLED_S + late_s + BEATS_IN_STEP / trial.start_frequency.hz
-    frames = settled[(trial.time_s[settled] >= trial.time_s[settled[0]] + late_s) & (trial.time_s[settled] <= end)]
+    frames = settled[(settled >= first) & (trial.time_s[settled] <= end)]
     return slice(int(frames[0]), int(frames[-1]) + 1)
 
 

@@ -30,8 +30,8 @@ BUILT_IN = "the built-in robot"
 UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02}
 """Relative standard deviation of each number that nobody measured."""
 WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not used with others
-_ANOTHER_ROBOT = 2.5  # factor between measured and described stiffness; a wrong frame rate often doubles the clock
 WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
+_ANOTHER_ROBOT = 2.5  # ratio of measured to described stiffness that is flagged; a clock off by two makes it 4
 Tell = Callable[[str], None]
 """Function that takes a message about the progress."""
 

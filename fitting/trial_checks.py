@@ -39,8 +39,8 @@ _FASTEST_WOBBLE_HZ = 3.0
 # A swim is unsteady if its speeds in the first beats, the last and over all differ by more than both of these.
 _UNSTEADY = 0.07  # public trials have 0.05, simulated swims 0.02
 _UNSTEADY_M_S = 0.008
-_LEAST_OF_END = 16  # frames that tell the speed of a beat or more
-_LEAST_OF_END_S = 0.6  # least duration of these beats
+_LEAST_OF_END = 16  # least number of frames in the first, and in the last, beats
+_LEAST_OF_END_S = 0.6  # least duration of the first, and of the last, beats
 _SEEN_OF_END = 0.8  # least share of the first or last beats that is seen
 _RESTS_S = 0.2  # least rest that is flagged
 LEAST_OF_PART = 0.2

@@ -235,7 +235,10 @@ def _check_units(
 
 
 def _way_turned(time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, least_rad_s: float) -> float:
-    """Return how far a shaft turns, over what its velocity (n,) says; 1 where it turns too slowly to tell."""
+    """Return the speed by its positions (n,), rad, of a shaft that turns, over that by its velocity (n,), rad/s.
+
+    It is 1 where no stretch of readings is as fast as `least_rad_s`.
+    """
     if len(time_s) <= _READINGS:
         return 1.0
     turned = np.abs(position[_READINGS:] - position[:-_READINGS]) / (time_s[_READINGS:] - time_s[:-_READINGS])

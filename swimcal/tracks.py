@@ -30,7 +30,7 @@ TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
 UNSEEN = "no marker is seen in any frame"
-"""What is wrong with tracks without any sample."""
+"""The fault of tracks without any sample."""
 SLOWEST_STEP_S = 0.5
 """Longest time between two frames of a camera; longer steps are not in seconds."""
 FASTEST_STEP_S = 1 / 2000

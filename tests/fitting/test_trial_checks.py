@@ -312,7 +312,6 @@ def test_a_marker_that_slides_aside_of_its_neighbours_is_flagged_and_a_body_that
     assert "marker_creeps" not in kinds(measured(time_s, seen(bent)))
 
 
-@pytest.mark.long
 @few(5)
 @given(
     hz=st.floats(0.6, 2.5),
@@ -333,6 +332,7 @@ def test_a_swim_that_slows_or_hurries_is_flagged_and_a_steady_one_is_not(
     assert ("unsteady" in kinds(trial)) == bool(sign)
 
 
+@pytest.mark.long
 def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
     time_s, position_px = swim(10.0)
     winding = 0.15 * np.sin(2 * np.pi * 0.25 * time_s)
