@@ -35,6 +35,7 @@ WINDOW_S = 10 / 60  # length of the Savitzky-Golay filter: 11 frames of the publ
 ORDER = 2  # degree of the filter
 EBT_RATIO_ONLY = "ebt_ratio_only"
 """The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
+_MOSTLY_NOISE = 0.6  # share of <h_t^2> as published that is no beat; the public trials have 0.18 to 0.53
 FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
 
 
@@ -278,6 +279,24 @@ def published_motion(swim: TailSwim) -> TailMotion:
     sloped = good.all(axis=1) & (np.abs(along) > 1e-6)
     seen = rate[good[step:, 1] & good[:-step, 1]], aside[sloped] / along[sloped]
     return TailMotion(*(np.array((each**2).mean() if len(each) else np.nan) for each in seen))
+
+
+def noise_flags(trial: MeasuredTrial) -> tuple[Flag, ...]:
+    """Flag a swim whose tail speed, as published, is mostly noise of the tracks: no harmonic of its beat makes it."""
+    swim = measured_tail(trial, trial.kept)
+    aside = swim.tip_m[..., 1]
+    columns = design(swim.time_s, swim.frequency_hz, harmonics=3)
+    weight = swim.weight * swim.used[:, None] * np.isfinite(aside)
+    beat = np.stack([swim.tip_m[..., 0], columns @ weighted_fit(columns, np.nan_to_num(aside), weight)], axis=-1)
+    whole, of_beat = (float(published_motion(each).lateral_speed_sq) for each in (swim, replace(swim, tip_m=beat)))
+    share = 1 - of_beat / whole if whole > 0 else 0.0
+    if not share > _MOSTLY_NOISE:
+        return ()
+    message = (
+        f"{100 * share:.0f} % of the squared tail speed that elongated body theory as published takes is no beat but "
+        "noise of the tracks: its speed for this swim is wrong. Its smoothed form is there for that"
+    )
+    return (Flag("ebt_noise", message=message),)
 
 
 def pool_motion(swim: TailSwim) -> TailMotion:

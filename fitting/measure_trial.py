@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from fitting.ebt import noise_flags
 from fitting.features import FeatureReader
 from fitting.frequency import beating_part, estimate_frequency
 from fitting.motor_clock import MotorRecord
@@ -17,6 +18,7 @@ from fitting.trial_checks import (
     check_lasting,
     creep_flags,
     motion_flags,
+    rate_flags,
     reach_along_tail,
     rest_flags,
     sight_flags,
@@ -83,7 +85,8 @@ def measure_trial(
     motor = None if motor is None else motor.against(beat, tracks.time.values)
     turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = of_crank(beat, turn, motor, time_s)
-    of_frames = (*quality.flags, *flags, *rests, *beat.flags)
+    pace = () if turn is not None else rate_flags(time_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
+    of_frames = (*quality.flags, *flags, *rests, *beat.flags, *pace)
     every_frame = np.ones(len(time_s), bool)
     trial = MeasuredTrial(
         name=spec.name,
@@ -121,7 +124,7 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray, robot: RobotSpec) -> Me
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    found = (*moves, *sight, *unread, *_flag_creep(trial, robot, length_m), *_flag_known(trial))
+    found = (*moves, *sight, *unread, *_flag_creep(trial, robot, length_m), *_flag_known(trial), *noise_flags(trial))
     return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in found)))
 
 

@@ -2,7 +2,8 @@
 
 Nose and neck give each swim a scale: in the picture they are as far apart as their boxes sit, and a box sits some
 millimetres off its marker. One camera that nobody moved has one scale, so `with_common_scale` gives every swim the mean
-over the fitted ones. A swim whose own scale is too far from the others' for boxes keeps its own, with a flag.
+over the fitted ones. A swim whose own scale is too far from the others' for boxes keeps its own, with a flag; so does
+one whose body is longer or shorter in the picture, nose to tail, where boxes matter less.
 
 Two functions tell what errors do to features: `box_columns` those of each box, now that the boxes of nose and neck of
 one trial scale the others too, and `head_marker_columns` those of where nose and neck sit on the body.
@@ -24,6 +25,9 @@ HEAD_MARKER_M = 0.0015
 HEAD_BOX_M = 0.002
 """Standard deviation of the boxes of nose and neck from their markers in a trial, m."""
 _APART = 3.5  # standard deviations from which boxes alone do not explain that a scale differs
+_LONGER = 0.05  # relative difference of the body's length in the picture; public trials reach 0.048, simulated 0.02
+_FEWEST = 3  # least number of swims: of two nobody knows which body is the odd one
+_FEWEST_MARKERS = 4  # least number of markers of a body's length
 
 
 def with_common_scale(trials: Sequence[MeasuredTrial], length_m: float) -> list[MeasuredTrial]:
@@ -38,14 +42,15 @@ def with_common_scale(trials: Sequence[MeasuredTrial], length_m: float) -> list[
     own = {trial.name: float(np.log(trial.metres_per_px)) for trial in sorted(trials, key=lambda trial: trial.name)}
     middle = float(np.median(list(own.values()))) if own else 0.0
     limit = _APART * of_boxes(length_m) * np.sqrt(1 - 1 / max(len(own), 2))
-    alike = tuple(name for name, scale in own.items() if abs(scale - middle) < limit)
+    longer = _longer_bodies(trials)
+    alike = tuple(name for name, scale in own.items() if abs(scale - middle) < limit and name not in longer)
     fitted = {trial.name for trial in trials if trial.role == "fit"}
     names = tuple(name for name in alike if name in fitted) or alike
     common = CommonScale(float(np.exp(np.mean([own[name] for name in names]))), names) if names else None
     return [
         replace(at_scale(trial, common.metres_per_px), scale=common)
         if common is not None and trial.name in alike
-        else replace(trial, flags=(*trial.flags, _flag(own, trial.name)))
+        else replace(trial, flags=(*trial.flags, _flag(own, trial.name, longer.get(trial.name))))
         for trial in trials
     ]
 
@@ -94,9 +99,44 @@ def head_marker_columns(model: TrialModel, sensitivities: Sensitivities) -> np.n
     return np.hstack([HEAD_MARKER_M * markers, apart_m / np.sqrt(2) * unscaled])
 
 
-def _flag(scales: dict[str, float], name: str) -> Flag:
-    """Flag a swim whose scale is apart from the others', all in logarithms of m/px, by name."""
+def _longer_bodies(trials: Sequence[MeasuredTrial]) -> dict[str, float]:
+    """Return by how much a body is longer in the picture than in the other swims, of swims in which it is, by name.
+
+    The length is that of the line through the markers that all swims show, which bends with the body. It must be
+    another one also without its last marker, whose box may be off.
+    """
+    shown = np.all([trial.weight[trial.kept].any(axis=0) for trial in trials], axis=0) if trials else np.zeros(0, bool)
+    if len(trials) < _FEWEST or shown.sum() < _FEWEST_MARKERS:
+        return {}
+    lengths = np.log([_body_lengths(trial, shown) for trial in trials])  # (t, 2)
+    found = {}
+    for place, trial in enumerate(trials):
+        apart = lengths[place] - np.median(np.delete(lengths, place, axis=0), axis=0)
+        if np.all(apart > _LONGER) or np.all(apart < -_LONGER):
+            found[trial.name] = float(np.expm1(apart[0]))
+    return found
+
+
+def _body_lengths(trial: MeasuredTrial, shown: np.ndarray) -> tuple[float, float]:
+    """Return the length of a body in the picture through the markers shown (m,), and without the last of them, px."""
+    seen = (trial.weight > 0) & trial.kept[:, None]
+    place_px = np.where(seen[..., None], trial.position_m, np.nan)[:, shown] / trial.metres_per_px
+    apart_px = np.linalg.norm(np.diff(place_px, axis=1), axis=2)  # (n, s)
+    lengths_px = [
+        float(np.median(each[np.isfinite(each)])) if np.isfinite(each).any() else np.nan for each in apart_px.T
+    ]
+    return float(np.sum(lengths_px)), float(np.sum(lengths_px[:-1]))
+
+
+def _flag(scales: dict[str, float], name: str, longer: float | None) -> Flag:
+    """Flag a swim whose scale is apart from the others', all in logarithms of m/px, or whose body is longer."""
     apart = scales[name] - float(np.median([scale for other, scale in scales.items() if other != name]))
+    if longer is not None:
+        message = (
+            f"its body is {100 * abs(longer):.0f} % {'longer' if longer > 0 else 'shorter'} in the picture than in the "
+            "other swims: was the camera moved, or set otherwise? It keeps its own scale, by which its speed goes"
+        )
+        return Flag("scale_apart", message=message)
     message = (
         f"nose and neck are {100 * abs(np.exp(-apart) - 1):.0f} % "
         f"{'nearer to each other' if apart > 0 else 'farther apart'} in the picture than in the other swims: one of "

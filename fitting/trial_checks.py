@@ -8,7 +8,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.frequency import CLEAR, FEW_BEATS, HARMONICS, JUDGED, LEAST_EXPLAINED, SwimFrequency
+from fitting.frequency import (
+    CLEAR,
+    FEW_BEATS,
+    HARMONICS,
+    JUDGED,
+    LEAST_EXPLAINED,
+    SwimFrequency,
+    estimate_frequency,
+)
 from fitting.pool import design, forward_speed, smooth_swim
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
@@ -42,6 +50,8 @@ _UNSTEADY_M_S = 0.008
 _LEAST_OF_END = 16  # least number of frames in the first, and in the last, beats
 _LEAST_OF_END_S = 0.6  # least duration of the first, and of the last, beats
 _SEEN_OF_END = 0.8  # least share of the first or last beats that is seen
+_RATE_CHANGES = 0.03  # relative difference of the beat frequencies of the two halves; public trials have 0.008
+_LEAST_OF_HALF = 1.2  # least number of beats in either half
 _RESTS_S = 0.2  # least rest that is flagged
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
@@ -175,6 +185,37 @@ def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
             message = f"the tail does not beat {when}, for {seconds:.1f} s: these frames are left out"
             flags.append(Flag("rests", frames=frames, message=message))
     return tuple(flags)
+
+
+def rate_flags(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> tuple[Flag, ...]:
+    """Flag a beat that becomes faster or slower: the frequencies of its two halves differ.
+
+    Args:
+        time_s: (n,) s.
+        lateral_m: (n, k) sideways motion of k tail markers in the head frame, m.
+        weight: (n, k) of each sample, 0 leaves it out.
+        hz: beats a second of the whole.
+    """
+    shown = np.flatnonzero((weight > 0).any(axis=1))
+    middle = (shown[0] + shown[-1]) // 2 if len(shown) else 0
+    try:
+        halves = [
+            estimate_frequency(time_s[part], lateral_m[part], weight[part])
+            for part in (slice(0, middle), slice(middle, len(time_s)))
+        ]
+    except NotEnoughData:
+        return ()
+    first, last = (half.hz for half in halves)
+    error = float(np.linalg.norm([half.se_hz for half in halves]))
+    if min(half.beats for half in halves) < _LEAST_OF_HALF or not abs(last - first) > max(
+        _RATE_CHANGES * hz, _SURE * error
+    ):
+        return ()
+    message = (
+        f"its beat changes while it swims: {first:.3g} Hz in the first half, {last:.3g} Hz in the second. It has no "
+        "single speed or frequency: cut the recording to a steady part, or give the motor's log"
+    )
+    return (Flag("unsteady", message=message),)
 
 
 def motion_flags(

@@ -46,6 +46,10 @@ LEAST_JUMP_PX = 3.0
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
+_SAME_PX = 0.02  # most by which the same place differs in two files, by rounding
+_LEAST_SHARED = 3  # least number of markers by which a frame is known again
+
+
 def as_tracks(
     markers: Sequence[str], time_s: np.ndarray, position_px: np.ndarray, confidence: np.ndarray, source: str = ""
 ) -> xr.Dataset:
@@ -93,6 +97,34 @@ def by_marker(position: xr.DataArray) -> np.ndarray:
 def pixels_of(tracks: xr.Dataset) -> np.ndarray:
     """Return the positions as an (n, m, 2) view, px."""
     return by_marker(tracks.position)
+
+
+def shared_frames(first: xr.Dataset, second: xr.Dataset) -> int:
+    """Count the frames that two recordings have in common, in the same order.
+
+    A frame is the same if all markers that both see, three or more, have the same places to the rounding of a file.
+
+    Args:
+        first: tracks of a recording.
+        second: tracks of another one, of the same markers in the same order.
+    """
+    longer, shorter = sorted((pixels_of(first), pixels_of(second)), key=len, reverse=True)
+    probes = np.flatnonzero(np.isfinite(shorter).all(axis=2).sum(axis=1) >= _LEAST_SHARED)[
+        :: max(len(shorter) // 16, 1)
+    ]
+    shifts = {int(place) - int(probe) for probe in probes for place in np.flatnonzero(_same(longer, shorter[probe]))}
+    best = 0
+    for shift in shifts:
+        own, other = slice(max(-shift, 0), len(longer) - shift), slice(max(shift, 0), len(shorter) + shift)
+        best = max(best, int(_same(longer[other], shorter[own]).sum()))
+    return best
+
+
+def _same(rows_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
+    """Tell which rows (n, m, 2) of tracks are those of others, or of one other."""
+    apart_px = np.abs(rows_px - others_px).max(axis=2)
+    seen = np.isfinite(apart_px)
+    return np.asarray(~(apart_px > _SAME_PX).any(axis=1) & (seen.sum(axis=1) >= _LEAST_SHARED))
 
 
 def load_tracks(

@@ -42,7 +42,7 @@ from swimcal.stage import HasFingerprint, Stage
 from swimcal.twin import Twin
 
 _LONGEST = 120  # characters of a value in a message
-_FORM = 41  # version of the files and of the computation
+_FORM = 42  # version of the files and of the computation
 
 
 Found = TypeVar("Found")

@@ -23,11 +23,12 @@ from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir, MeasuredTrial
 from fitting.trial_checks import TAIL_FIRST
 from swimcal.errors import FaultCollector, InputError, NotEnoughData
+from swimcal.flags import Flag
 from swimcal.results import sha256_of
 from swimcal.robot_doubts import robot_doubts
 from swimcal.session import TrialSpec
 from swimcal.stage import Stage, fingerprint_of
-from swimcal.tracks import UNSEEN, load_tracks, pixels_of, save_tracks
+from swimcal.tracks import UNSEEN, load_tracks, pixels_of, save_tracks, shared_frames
 from tracking.boxes import ImpossibleBoxes
 from tracking.camera import lens_flags
 from tracking.exchanges import exchanged_apart
@@ -39,6 +40,7 @@ AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 HELD_OUT = 'its role in session.toml is "holdout"'
 _MANY = 0.05  # share of a trial's samples from which a flag is told as a reason why the trial is left out
 _TOLD = 2  # most flags that are told
+_SHARED = 0.1  # share of its frames from which a swim that shares them with a fit trial is flagged
 
 T = TypeVar("T", bound=AnyTrial)
 Made = TypeVar("Made")
@@ -52,6 +54,7 @@ class Recordings:
         self.videos = Videos(job)
         self._unmeasured: tuple[tuple[TrialSpec, str], ...] = ()
         self._motors: dict[str, MotorRecord | None] = {}
+        self._given: dict[str, xr.Dataset] = {}
 
     @cached_property
     def fingerprint(self) -> str:
@@ -252,7 +255,7 @@ class Recordings:
         scaled = {trial.name: trial for trial in with_common_scale(swims, self._session.camera.scale_length_m)}
         measured = [scaled.get(trial.name, trial) for trial in measured]
         everyone = list(scaled.values())
-        for found in (odd_markers(everyone, self._robot), carried_swims(everyone)):
+        for found in (odd_markers(everyone, self._robot), carried_swims(everyone), self._shared(everyone)):
             measured = [
                 replace(trial, flags=(*trial.flags, found[trial.name])) if trial.name in found else trial
                 for trial in measured
@@ -294,12 +297,35 @@ class Recordings:
                     why[first.name] = said.format(others[0].name)
         return why
 
+    def _shared(self, swims: Sequence[MeasuredTrial]) -> dict[str, Flag]:
+        """Flag each swim, by its name, whose tracks share frames with a fit trial's, cut from one recording."""
+        given = {spec.name: spec for spec in self._usable if spec.tracks is not None}
+        flags, fitted = dict[str, Flag](), dict[str, xr.Dataset]()
+        for swim in sorted((swim for swim in swims if swim.name in given), key=lambda swim: swim.role != "fit"):
+            tracks = self._recorded(given[swim.name])
+            frames = {name: shared_frames(tracks, other) for name, other in fitted.items()}
+            first = max(frames, key=lambda name: frames[name], default="")
+            count = len(tracks.time.values)
+            if first and frames[first] > _SHARED * count:
+                why = "they are fitted twice" if swim.role == "fit" else "they were fitted, so they check no forecast"
+                message = f"{frames[first]} of its {count} frames are frames of {first}, too: {why}"
+                flags[swim.name] = Flag("shared_frames", message=message)
+            if swim.role == "fit":
+                fitted[swim.name] = tracks
+        return flags
+
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
             return _or_left_out(self.videos.tracks, spec)
+        if spec.name not in self._given:
+            self._given[spec.name] = self._load(spec, spec.tracks)
+        return self._given[spec.name]
+
+    def _load(self, spec: TrialSpec, file: Path) -> xr.Dataset:
+        """Read the tracks of a trial, with the flags of markers that are exchanged."""
         session = self._session
         fps = session.camera_of(spec).fps
-        tracked = as_tracked(load_tracks(spec.tracks, session.markers, fps, rename=session.rename, seen=False))
+        tracked = as_tracked(load_tracks(file, session.markers, fps, rename=session.rename, seen=False))
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:

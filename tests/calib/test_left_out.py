@@ -129,6 +129,19 @@ def test_of_one_recording_with_two_names_and_one_command_the_fit_trial_stays(
     assert recordings.swims_left_out == {"fast": "its recording is that of slow: give each its own, or remove one"}
 
 
+@pytest.mark.parametrize("role", ["fit", "holdout"])
+def test_a_swim_that_is_cut_from_a_fit_trial_is_flagged(fresh: Path, role: str) -> None:
+    slow = load_tracks(fresh / "trials" / "slow.csv.gz", PLAN.markers, 60.0)
+    save_tracks(fresh / "trials" / "cut.csv.gz", slow.isel(time=slice(6, None)))
+    edit(fresh / "session.toml", "trials/fast.csv.gz", "trials/cut.csv.gz")
+    edit(fresh / "session.toml", 'role = "holdout"', f'role = "{role}"')
+    swims = {trial.name: trial for trial in Pipeline(open_session(fresh), Options()).recordings.swims}
+
+    (told,) = (flag.message for flag in swims["fast"].flags if flag.kind == "shared_frames")
+    assert f"frames are frames of slow, too: they {'are fitted twice' if role == 'fit' else 'were fitted'}" in told
+    assert "shared_frames" not in {flag.kind for flag in swims["slow"].flags}
+
+
 def lose_all(position_px: np.ndarray) -> None:
     position_px[:] = np.nan
 

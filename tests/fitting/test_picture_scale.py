@@ -19,10 +19,10 @@ TRUE_M_PER_PX = 0.001
 errors = st.lists(st.floats(-0.025, 0.025), min_size=1, max_size=6)
 
 
-def swim(name: str, error: float, role: str = "fit") -> MeasuredTrial:
-    """A swim of 0.1 m/s whose boxes make its own scale wrong by a share."""
+def swim(name: str, error: float, role: str = "fit", longer: float = 0.0) -> MeasuredTrial:
+    """A swim of 0.1 m/s whose boxes make its own scale wrong by a share; its body may be longer in the picture."""
     by = np.exp(error)
-    position_m = by * straight_swim(20)
+    position_m = by * (1 + longer) * straight_swim(20)
     time_s = np.arange(20) / 10.0
     tracks = filmed(MARKERS, time_s, position_m, head_frame_of(position_m), by * TRUE_M_PER_PX)
     start = np.array([-0.1 * by, 0.0, 0.3])
@@ -135,3 +135,15 @@ def test_where_session_and_robot_agree_nothing_is_added(swum: MeasuredTrial) -> 
     assert np.array_equal(alike, unknown)
     assert not alike[:, 4:].any()
     assert scale_sd(swum, LENGTH_M) < 0.03 < scale_sd(replace(swum, scale_length_m=0.15), LENGTH_M)
+
+
+@pytest.mark.parametrize(("longer", "told"), [(0.08, True), (-0.08, True), (0.03, False)])
+@pytest.mark.parametrize("role", ["fit", "holdout"])
+def test_a_body_that_is_longer_in_the_picture_keeps_its_own_scale(longer: float, told: bool, role: str) -> None:
+    true = swims([0.01, -0.02, 0.0])
+    odd = swim("odd", 0.04, role, longer)  # nose and neck alone may err by as much
+    *found, last = with_common_scale([*true, odd], LENGTH_M)
+    assert kinds(last) == ["scale_apart"] * told
+    assert not told or f"{100 * abs(longer):.0f} % {'longer' if longer > 0 else 'shorter'}" in last.flags[0].message
+    assert (last.speed == odd.speed) == told
+    assert not any(trial.flags for trial in found)

@@ -332,6 +332,42 @@ def test_a_swim_that_slows_or_hurries_is_flagged_and_a_steady_one_is_not(
     assert ("unsteady" in kinds(trial)) == bool(sign)
 
 
+@pytest.mark.parametrize(("noise_px", "told"), [(0.5, False), (6.0, True)])
+def test_a_tail_speed_of_elongated_body_theory_that_is_mostly_noise_is_flagged(noise_px: float, told: bool) -> None:
+    assert ("ebt_noise" in kinds(measured(*swim(noise_px=noise_px)))) == told
+
+
+@few(5)
+@given(
+    hz=st.floats(0.7, 2.0),
+    fps=st.floats(30.0, 120.0),
+    by=st.floats(0.12, 0.25),
+    sign=st.sampled_from([-1, 0, 1]),
+    mirrored=st.booleans(),
+    seed=st.integers(0, 99),
+)
+def test_a_beat_that_quickens_or_tires_is_flagged_and_a_steady_one_is_not(
+    hz: float, fps: float, by: float, sign: int, mirrored: bool, seed: int
+) -> None:
+    time_s, fine_px = swim(6.0, hz, 0.1, 1000.0, noise_px=0.0)
+    wanted_s = np.arange(0.0, 5.9, 1 / fps)
+    drawn_s = wanted_s + sign * by * (wanted_s - 5.9) * wanted_s / (2 * 5.9)  # a beat that is 1 -/+ by / 2 as fast
+    position_px = fine_px[np.searchsorted(time_s, np.clip(drawn_s, 0.0, time_s[-1]))]
+    position_px = position_px - (0.1 * PX_PER_M * (wanted_s - drawn_s))[:, None, None] * [
+        1.0,
+        0.0,
+    ]  # its speed is steady
+    noise_px = np.random.default_rng(seed).normal(0.0, 0.3, position_px.shape)
+    trial = measured(wanted_s, position_px * [1, -1 if mirrored else 1] + noise_px)
+
+    told = [flag.message for flag in trial.flags if flag.kind == "unsteady"]
+    assert bool(told) == bool(sign)
+    for message in told:
+        first, last = map(float, re.findall("([0-9.]+) Hz", message))
+        assert np.sign(last - first) == sign
+        assert abs(last - first) == pytest.approx(by * hz / 2, rel=0.25)
+
+
 @pytest.mark.long
 def test_a_fish_that_winds_its_way_and_one_whose_nose_is_unseen_for_a_while_do_not_wobble() -> None:
     time_s, position_px = swim(10.0)

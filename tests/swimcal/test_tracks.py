@@ -3,9 +3,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swimcal.errors import InputError
-from swimcal.tracks import as_tracks, load_tracks, pixels_of, save_tracks
+from swimcal.tracks import as_tracks, load_tracks, pixels_of, save_tracks, shared_frames
 from tests.swimcal.sample import FISHSIM, MARKERS, made_tracks, needs_fishsim, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,neck_x,neck_y,tail_1_x,tail_1_y"
@@ -149,3 +151,20 @@ def test_the_public_tracks_load_whole() -> None:
     markers = ("nose", "neck", "dorsal_fin", *(f"tail_{k}" for k in range(1, 6)), "caudal_fin")
     frames = {path.stem: len(load_tracks(path, markers, 60.0).time.values) for path in sorted(FISHSIM.glob("f*.csv"))}
     assert frames == {"f0_50": 541, "f0_75": 301, "f1_00": 301, "f1_25": 301, "f1_75": 301}
+
+
+@given(first=st.integers(0, 60), count=st.integers(20, 40), gaps=st.integers(0, 5), own=st.integers(0, 15))
+def test_frames_that_two_recordings_share_are_counted(first: int, count: int, gaps: int, own: int) -> None:
+    random = np.random.default_rng(100 * first + count)
+    whole_px = 500 + np.cumsum(random.normal(0, 2.0, (100, 3, 2)), axis=0)
+    before_px = 500 + np.cumsum(random.normal(0, 2.0, (own, 3, 2)), axis=0)
+    cut_px = np.concatenate([before_px, np.round(whole_px[first : first + count], 2)])
+    lost = own + random.choice(count, gaps, replace=False)
+    cut_px[lost, 1] = np.nan
+    whole, cut, other = (
+        as_tracks(MARKERS, np.arange(len(px)) / 60, px, np.isfinite(px[..., 0]).astype(float))
+        for px in (whole_px, cut_px, whole_px[:30] + 1.0)
+    )
+
+    assert shared_frames(whole, cut) == shared_frames(cut, whole) == count - gaps
+    assert shared_frames(whole, other) == 0
