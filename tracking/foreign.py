@@ -1,7 +1,8 @@
 """Tracks of other programs: read as tables, with an even clock, and checked.
 
 `read_foreign_table` reads tables as other programs write them: other separators, comments, an index, words for a
-missing number. `even_times` makes times that were rounded when they were written even again, where that is certain.
+missing number. `even_times` makes times that were rounded when they were written even again, where that is certain;
+`with_even_clock` those of frames that were stamped late or by a clock that was set, where the motion shows it.
 `ForeignTracks` checks and converts the samples; each fault names its place in the file.
 """
 
@@ -18,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean
+from swimcal.flags import Flag
 from swimcal.results import write_whole
 from swimcal.session_file import HEAD_MARKERS
 from swimcal.tables import RawTable, Row, as_table, read_text
@@ -30,6 +32,7 @@ from swimcal.tracks import (
     check_seconds,
     check_seen,
     check_summary,
+    markers_of,
     pixels_of,
 )
 
@@ -38,6 +41,14 @@ COARSE = 0.25
 """Share of a frame beyond which rounded times no longer give the distance of single frames."""
 SPAN = 60
 """Frames over which the frame rate is first measured."""
+UNEVEN = 0.1
+"""Standard deviation of the time steps, relative to their median, from which the motion tells whether they are true."""
+AROUND_STEP = 5
+"""Frames from before to after a step, over which the usual motion is taken."""
+CLOCK_SET = 4.0
+"""Steps longer than so many usual ones, in which no marker goes further, are those of a clock that was set."""
+UNTRUE = 0.3
+"""Share of a step's own length that the motion in it may show, where stamps are not true: of true ones it shows all."""
 
 # Tables.
 COMMENTS = ("#", "%", "//", "sep=")
@@ -103,6 +114,49 @@ def even_times(time_s: np.ndarray, fps: float | None, file: str) -> np.ndarray:
     found = f"steps of {np.diff(time_s).min():.4g} to {np.diff(time_s).max():.4g} s, rounded to {rounded_s:g} s"
     what, step = "the times are too coarse to tell the frame rate", "Give the frame rate of the camera: add `--fps 60`."
     raise InputError([Fault(file, "", what, found, "an even clock, or finer times", next_step=step)])
+
+
+def with_even_clock(tracks: xr.Dataset) -> tuple[xr.Dataset, tuple[Flag, ...]]:
+    """Make the clock of tracks even, with a flag, where time stamps are uneven and the motion of the markers is not.
+
+    A program that stamps frames when they arrive gives such stamps, and a clock that is set while it runs. In a step
+    that truly takes longer the markers go further; frames that were lost are true steps, too.
+
+    Args:
+        tracks: the tracks.
+    """
+    time_s, position_px = tracks.time.values, pixels_of(tracks)
+    steps_s, half = np.diff(time_s), AROUND_STEP // 2
+    step_s = float(np.median(steps_s)) if len(steps_s) else 0.0
+    if len(time_s) < SPAN // 2 or steps_s.std() < UNEVEN * step_s:
+        return tracks, ()
+    # Of each step but the first and last few: its motion, the usual one, and how the latter changes with true stamps.
+    moved_px, usual_px = np.diff(position_px, axis=0)[half:-half], _over(position_px, AROUND_STEP) / AROUND_STEP
+    longer = steps_s[half:-half] / (_over(time_s, AROUND_STEP) / AROUND_STEP) - 1
+    expected_px, found_px = usual_px * longer[:, None, None], moved_px - usual_px
+    seen = np.isfinite(expected_px) & np.isfinite(found_px)
+    squares = float((expected_px[seen] ** 2).sum())
+    share = float((expected_px[seen] * found_px[seen]).sum()) / max(squares, 1e-12)
+    error = AROUND_STEP * float((found_px[seen] - share * expected_px[seen]).std()) / max(squares, 1e-12) ** 0.5
+    if share + error > UNTRUE:  # errors of neighbouring steps are not independent
+        return tracks, ()
+    frames, after = np.arange(len(time_s)), np.flatnonzero(steps_s > CLOCK_SET * step_s) + 1
+    columns = np.column_stack(
+        [frames, np.ones_like(frames), frames[:, None] >= after]
+    )  # a clock that is set starts anew
+    step_s = float(np.linalg.lstsq(columns, time_s - time_s[0], rcond=None)[0][0])
+    even_s = float(np.median(time_s - step_s * frames)) + step_s * frames
+    message = (
+        f"the time stamps are uneven, by {1000 * np.abs(steps_s - step_s).max():.0f} ms in one step, but the frames "
+        f"are not: markers go no further in longer steps. The frames count as even ones, {1 / step_s:.4g} a second"
+    )
+    even = as_tracks(markers_of(tracks), even_s, position_px, tracks.confidence.values, tracks.source)
+    return even, (Flag("uneven_stamps", message=message),)
+
+
+def _over(values: np.ndarray, steps: int) -> np.ndarray:
+    """Return how much values (n, …) change over so many steps."""
+    return np.asarray(values[steps:] - values[:-steps])
 
 
 def _rounding(time_s: np.ndarray) -> float:

@@ -32,6 +32,7 @@ from swimcal.tracks import UNSEEN, load_tracks, pixels_of, save_tracks, shared_f
 from tracking.boxes import ImpossibleBoxes
 from tracking.camera import lens_flags
 from tracking.exchanges import exchanged_apart
+from tracking.foreign import with_even_clock
 from tracking.quality import FLOOR_PX, check_tracks
 from tracking.tracked import as_tracked, drop_repeat_flags, mask_untrusted
 
@@ -322,11 +323,12 @@ class Recordings:
         return self._given[spec.name]
 
     def _load(self, spec: TrialSpec, file: Path) -> xr.Dataset:
-        """Read the tracks of a trial, with the flags of markers that are exchanged."""
+        """Read the tracks of a trial, with the flags of an uneven clock and of markers that are exchanged."""
         session = self._session
         fps = session.camera_of(spec).fps
-        tracked = as_tracked(load_tracks(file, session.markers, fps, rename=session.rename, seen=False))
-        return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
+        tracks, uneven = with_even_clock(load_tracks(file, session.markers, fps, rename=session.rename, seen=False))
+        tracked = as_tracked(tracks)
+        return tracked.assign_attrs(flags=(*uneven, *exchanged_apart(tracked, self._robot)))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """Measure one trial; tracks that are not our own are saved as they are used."""

@@ -5,11 +5,14 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swimcal.errors import FaultCollector, InputError
-from swimcal.tracks import load_tracks, pixels_of
+from swimcal.tracks import as_tracks, load_tracks, pixels_of
+from tests.cases import few
 from tests.tracking.records.trials import mixed_trial
-from tracking.foreign import even_times
+from tracking.foreign import even_times, with_even_clock
 from tracking.formats import from_movement, import_tracks, to_movement
 
 MARKERS = ("nose", "neck", "tail_1")
@@ -125,6 +128,36 @@ def test_coarse_times_with_frames_left_out_ask_for_the_rate() -> None:
     with pytest.raises(InputError, match="too coarse to tell the frame rate"):
         even_times(stamps, None, "f")
     np.testing.assert_allclose(even_times(stamps, 60.0, "f") - stamps[0], (frames - frames[0]) / 60)
+
+
+@few(10)
+@given(
+    fps=st.floats(25.0, 120.0),
+    hz=st.floats(0.5, 2.0),
+    uneven=st.sampled_from([0.2, 0.5]),
+    jump_s=st.sampled_from([0.0, 1.0]),
+    true=st.booleans(),
+    seed=st.integers(0, 99),
+)
+def test_stamps_that_are_uneven_are_made_even_where_the_motion_is(
+    fps: float, hz: float, uneven: float, jump_s: float, true: bool, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    even_s = np.arange(round(6 * fps)) / fps
+    stamps_s = np.sort(even_s + random.normal(0, uneven / fps, len(even_s))) + jump_s * (even_s > 3.0)
+    taken_s = stamps_s if true else even_s
+    tail = 30 * np.sin(2 * np.pi * hz * taken_s[:, None] - np.arange(3)) * [0.2, 0.5, 1.0]
+    along = np.array([0.0, 60.0, 120.0]) + 80 * taken_s[:, None]
+    position_px = np.stack([along, tail], axis=-1) + random.normal(0, 0.2, (len(even_s), 3, 2))
+    position_px[random.random((len(even_s), 3)) < 0.02] = np.nan
+    tracks = as_tracks(MARKERS, stamps_s, position_px, np.isfinite(position_px[..., 0]).astype(float))
+    found, flags = with_even_clock(tracks)
+
+    assert bool(flags) != true
+    assert np.array_equal(found.time.values, stamps_s) == true
+    if not true:
+        assert found.fps == pytest.approx(fps, rel=5e-3)
+        assert np.abs(found.time.values - even_s - jump_s / 2).max() <= jump_s / 2 + 2 * uneven / fps
 
 
 def test_sleap_is_read_with_frames_without_an_animal_as_missing(tmp_path: Path) -> None:
