@@ -20,7 +20,7 @@ from fitting.baselines import (
     sweep_speed,
 )
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
-from fitting.ebt import FORMS, EbtFit, Sway, fit_every_form, model_speeds, sways
+from fitting.ebt import FORMS, EbtFit, Sway, fit_every_form, model_speeds, noise_flags, sways
 from fitting.forecast import diverges
 from fitting.left_out import (
     divergence_reason,
@@ -344,8 +344,11 @@ def compare_trials(
         )
     errors_m = [trial.scores.launch_free_error_m for trial in compared]
     others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(compared))]
-    flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(compared, others, strict=True)]
-    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(compared, flags, strict=True)), lost
+    added = [
+        (*far_from_twin_flags(trial, fellows), *noise_flags(trial.measured))
+        for trial, fellows in zip(compared, others, strict=True)
+    ]
+    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(compared, added, strict=True)), lost
 
 
 def compare_trial(

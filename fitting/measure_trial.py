@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from fitting.ebt import noise_flags
 from fitting.features import FeatureReader
 from fitting.frequency import beating_part, estimate_frequency
 from fitting.motor_clock import MotorRecord
@@ -124,7 +123,7 @@ def _add_flags(trial: MeasuredTrial, usable: np.ndarray, robot: RobotSpec) -> Me
     sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    found = (*moves, *sight, *unread, *_flag_creep(trial, robot, length_m), *_flag_known(trial), *noise_flags(trial))
+    found = (*moves, *sight, *unread, *_flag_creep(trial, robot, length_m), *_flag_known(trial))
     return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in found)))
 
 

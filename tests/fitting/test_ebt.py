@@ -8,11 +8,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.ebt import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, pool_motion, published_motion, tip_motion
+from fitting.ebt import (
+    FORMS,
+    EbtForm,
+    TailSwim,
+    fit_ebt,
+    measured_tail,
+    noise_flags,
+    pool_motion,
+    published_motion,
+    tip_motion,
+)
 from swimcal.ebt import TailMotion
 from swimcal.robot import load_robot
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels
+from tests.fitting.test_trial_checks import measured
+from tests.fitting.test_trial_checks import swim as beating
 
 Motion = Callable[[TailSwim], TailMotion]
 ROBOT = load_robot()
@@ -51,6 +63,11 @@ def test_each_form_recovers_the_ratio_that_made_the_speeds(form: EbtForm, ratio:
 
     assert found.drag_coefficient / found.beta == pytest.approx(ratio, rel=2e-3)
     assert [found.speed(one, ROBOT) for one in SWIMS] == pytest.approx(speeds(form, ratio), rel=1e-3)
+
+
+@pytest.mark.parametrize(("noise_px", "told"), [(0.5, False), (6.0, True)])
+def test_a_tail_speed_of_elongated_body_theory_that_is_mostly_noise_is_flagged(noise_px: float, told: bool) -> None:
+    assert bool(noise_flags(measured(*beating(noise_px=noise_px)))) == told
 
 
 @each_form

@@ -332,11 +332,6 @@ def test_a_swim_that_slows_or_hurries_is_flagged_and_a_steady_one_is_not(
     assert ("unsteady" in kinds(trial)) == bool(sign)
 
 
-@pytest.mark.parametrize(("noise_px", "told"), [(0.5, False), (6.0, True)])
-def test_a_tail_speed_of_elongated_body_theory_that_is_mostly_noise_is_flagged(noise_px: float, told: bool) -> None:
-    assert ("ebt_noise" in kinds(measured(*swim(noise_px=noise_px)))) == told
-
-
 @few(5)
 @given(
     hz=st.floats(0.7, 2.0),
