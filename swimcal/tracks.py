@@ -37,6 +37,8 @@ FASTEST_STEP_S = 1 / 2000
 """Shortest time between two frames of a camera; shorter steps are not in seconds."""
 SMALLEST_BODY_PX = 3.0
 """Smallest length of a robot in the picture; the places of a smaller one are in metres."""
+SURELY_ABOVE = 1.5
+"""Confidences of networks go a little beyond 1; those beyond this are percent, or no confidences."""
 MOST_SUMMARIES = 8
 """Rows of statistics that may end a table."""
 MEAN_ROUNDED_PX = 0.51
@@ -46,6 +48,7 @@ LEAST_JUMP_PX = 3.0
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
+_PERCENT = 0.1  # least share of confidences above 1 that look like percent
 _SAME_PX = 0.02  # most by which the same place differs in two files, by rounding
 _LEAST_SHARED = 3  # least number of markers by which a frame is known again
 
@@ -224,6 +227,25 @@ def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
         faults.add("", what, found=f"a robot {body:.3g} px long", expected=expected, next_step=step)
 
 
+def check_percent(confidence: np.ndarray, faults: FaultCollector) -> None:
+    """Check that confidences are no percent, which one fault says of all of them.
+
+    Raises:
+        InputError: they look like percent, with the faults before.
+    """
+    known = confidence[np.isfinite(confidence)]
+    above = float(np.mean(known > SURELY_ABOVE)) if known.size else 0.0
+    if above > _PERCENT and known.min() >= 0 and 10 < known.max() <= 100:
+        faults.add(
+            "",
+            "the confidences are not between 0 and 1",
+            found=f"{known.max():g} at most, above 1 in {100 * above:.0f} % of the samples",
+            expected="0 to 1",
+            next_step="They look like percent: divide them by 100.",
+        )
+        faults.raise_if_any()
+
+
 def check_summary(position_px: np.ndarray, where: Sequence[str], faults: FaultCollector) -> None:
     """Add a fault where one of the last rows (n, m, 2) holds the means of those before: it is no frame.
 
@@ -339,6 +361,8 @@ def _check_samples(
         where = f"line {table.rows[row].line}, column {column + 1} ({columns[column]})"
         return Fault(table.file, where, "confidence out of range", str(values[row, column]), "a number from 0 to 1")
 
-    for column in (column for column, name in enumerate(columns) if name.endswith(SUFFIXES[2])):
+    beliefs = [column for column, name in enumerate(columns) if name.endswith(SUFFIXES[2])]
+    check_percent(values[:, beliefs], faults)
+    for column in beliefs:
         rows = np.flatnonzero((values[:, column] < 0) | (values[:, column] > 1)).tolist()
         faults.extend_capped([outside(row, column) for row in rows])

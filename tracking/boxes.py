@@ -142,8 +142,14 @@ def load_boxes(
 
 
 def _read(path: Path) -> dict[str, Any]:
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        names = [name for name, _ in pairs]
+        if twice := next((name for name in names if names.count(name) > 1), ""):
+            raise ValueError(f"{twice!r} is given twice")
+        return dict(pairs)
+
     try:
-        data = json.loads(path.read_bytes())
+        data = json.loads(path.read_bytes(), object_pairs_hook=once)
     except (OSError, ValueError, RecursionError) as error:
         expected = f"a JSON file {FORM}"
         raise InputError([Fault(str(path), "", "the boxes cannot be read", str(error), expected, (), AGAIN)]) from error

@@ -26,8 +26,10 @@ from swimcal.tables import RawTable, Row, as_table, read_text
 from swimcal.tracks import (
     FARTHEST_PX,
     NO_NAMES,
+    SURELY_ABOVE,
     as_tracks,
     check_count,
+    check_percent,
     check_pixels,
     check_seconds,
     check_seen,
@@ -62,10 +64,6 @@ MOST_ABOVE = 30
 """Lines of settings that may stand above a table."""
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 """Names of a column that only counts the rows, lower case."""
-
-# Samples.
-SURE = 1.5
-"""Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
 
 
 def refuse_space(markers: Sequence[str], faults: FaultCollector) -> None:
@@ -326,7 +324,7 @@ class ForeignTracks:
         missing = np.isnan(position).any(axis=2)  # (n, m)
         position[missing] = np.nan
         belief = np.where(np.isnan(confidence), 1.0, confidence)
-        belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
+        belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURELY_ABOVE), 1.0, belief))
         self._check(markers, time_s, position, belief, faults)
         if self.time_s is not None:
             time_s = even_times(time_s, fps, faults.file)
@@ -342,6 +340,7 @@ class ForeignTracks:
         """
         check_count(len(time_s), faults)
         check_seen(~np.isnan(place).any(axis=2), faults)
+        check_percent(belief, faults)
         late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
         outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
         far = np.argwhere(np.abs(np.nan_to_num(place)).max(axis=2) > FARTHEST_PX).tolist()

@@ -125,7 +125,8 @@ def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
     head: dict[str, list[str]] = {}
     for row in table.rows[:3]:
         if row.cells[0].lower() in ("individuals", "bodyparts", "coords"):
-            head[row.cells[0].lower()] = row.cells[1:]
+            name = row.cells[0].lower()
+            head[name] = [cell.lower() for cell in row.cells[1:]] if name == "coords" else row.cells[1:]
     first = table.header or ("numbers",)
     if not is_deeplabcut(table) or not {"bodyparts", "coords"} <= head.keys():
         found = ", ".join([first[0], *(row.cells[0] for row in table.rows[:3])])

@@ -27,6 +27,8 @@ SHORT_BY_FRAMES = 2.5
 """A file may end this many frames before the duration in its header (rounding, the last frame's own duration)."""
 TICKS = 1.5
 """From so many ticks a frame on, an AVI's clock is finer than its frames."""
+AT_THE_END, BEFORE_THE_END = 4, 12
+"""Where none but the last so many frames of a file are lost it was cut short, and so many more may be harmed."""
 SHORT_WITH_SOUND_S = 1.0
 """The first in seconds where sound or other streams may be longer than the picture."""
 
@@ -79,6 +81,11 @@ BY_CHANCE = 0.05
 """So many frames of a trial may repeat by chance, as they do where few markers are rounded, and count as repeated."""
 TURNS_BACK = -0.8
 """Cosine between the steps before and after frames without motion, below which the tail turned back between them."""
+HALTS, HALTS_FRAMES = 0.12, 4
+"""Share of the steps before and after that no marker moves by in a picture that is coded anew and halts the motion, for
+at most so many frames."""
+GOES_ON_AS = 0.7
+"""Least cosine between these steps: nothing that turns back halts."""
 MOSTLY = 0.5
 """Share of such turns from which frames without motion are those of a beat, not of a film of another rate."""
 ACROSS = 3
@@ -136,9 +143,14 @@ def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
     """Return (n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
 
     Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
-    lean on it as well (an open group of pictures).
+    lean on it as well (an open group of pictures). Those before the end of a file that was cut short lean on nothing
+    that is missing.
     """
     suspect = np.zeros(len(index.time_s), dtype=bool)
+    lost = list(lost)
+    if lost and min(lost) >= len(suspect) - AT_THE_END:
+        suspect[max(min(lost) - BEFORE_THE_END, 0) :] = True
+        return suspect
     for number in lost:
         first, after = index.group(number)
         if index.is_reordered and first == number > 0:
@@ -335,6 +347,30 @@ def repeated_rows(position_px: np.ndarray) -> np.ndarray:
             back.append(turns)
     many = _are_many(often) and sum(back) < MOSTLY * len(back)
     return often if many else single
+
+
+def halted_rows(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames in which markers (n, m, 2) in full motion stand still, and then go on as they went.
+
+    No body does that. A picture that is coded anew is not quite the one that it repeats, so its markers are not either.
+    """
+    steps = np.diff(position_px, axis=0)
+    length_px = np.linalg.norm(steps, axis=2)  # (n - 1, m)
+    largest_px = np.nan_to_num(length_px).max(axis=1, initial=0.0)
+    halted = np.zeros(len(position_px), bool)
+    for first, last in stretches(largest_px < HALTS * largest_px.max(initial=0.0)):  # of steps, to the frames after
+        before, after = steps[first - 1 : first], steps[last + 1 : last + 2]
+        if last - first >= HALTS_FRAMES or not len(before) == len(after) == 1:
+            continue
+        known = np.isfinite(np.concatenate([before, steps[first : last + 1], after])).all(axis=(0, 2))
+        if known.sum() < 2:
+            continue
+        came, goes = before[0, known], after[0, known]
+        usual_px = min(np.linalg.norm(came, axis=1).max(), np.linalg.norm(goes, axis=1).max())
+        still = length_px[first : last + 1, known].max() < HALTS * usual_px and usual_px >= FROZEN_MOTION_PX
+        along = float((came * goes).sum())
+        halted[first + 1 : last + 2] = still and along > GOES_ON_AS * np.linalg.norm(came) * np.linalg.norm(goes)
+    return halted
 
 
 def repeat_flags(repeated: np.ndarray, position_px: np.ndarray) -> list[Flag]:

@@ -38,6 +38,7 @@ from tracking.following import (
 from tracking.harmed_frames import (
     frozen_flags,
     frozen_picture,
+    halted_rows,
     repeat_flags,
     repeated_rows,
     stopped_clock,
@@ -185,12 +186,12 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     """
     if unknown := [name for name in markers_of(tracks) if name not in layout.markers]:
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
-    frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks))  # (n,)
+    names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
+    frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks)) | halted_rows(seen)  # (n,)
     harmed = frozen | repeated
     findings = _findings(tracks, harmed, layout, floor_px)
     believed = findings.present & ~findings.wrong
-    names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
-    found = find_jumps(tracks.time.values, seen, names)
+    found = find_jumps(tracks.time.values, np.where(repeated[:, None, None], np.nan, seen), names)
     # A jump out of a picture that stood still is flagged already.
     jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
     stopped = stopped_clock(frozen, seen)

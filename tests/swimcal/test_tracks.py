@@ -131,6 +131,14 @@ def test_faulty_tracks_are_reported_with_their_place(tmp_path: Path, text: str |
     assert message in said
 
 
+def test_confidences_in_percent_are_one_fault(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k / 60},{k},2,{90 + k},3,4,5,6" for k in range(5))
+    header = HEADER.replace("nose_y", "nose_y,nose_confidence")
+    with pytest.raises(InputError, match="They look like percent") as caught:
+        load_tracks(written(tmp_path, f"{header}\n{rows}\n"), MARKERS, 60.0)
+    assert len(caught.value.faults) == 1
+
+
 def test_a_marker_that_is_never_seen_is_no_fault(tmp_path: Path) -> None:
     tracks = load_tracks(written(tmp_path, "1,2,,4,5,6\n1,2,3,,5,6\n"), MARKERS, 60.0)
     np.testing.assert_array_equal(tracks.confidence.values, [[1, 0, 1], [1, 0, 1]])

@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from tracking.harmed_frames import frozen_flags, frozen_picture, repeat_flags, repeated_rows, stopped_clock
+from tracking.harmed_frames import (
+    frozen_flags,
+    frozen_picture,
+    halted_rows,
+    repeat_flags,
+    repeated_rows,
+    stopped_clock,
+)
 
 
 def moving(frames: int = 60) -> np.ndarray:
@@ -55,6 +64,35 @@ def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
     position += np.random.default_rng(0).normal(0.0, 0.003, position.shape)
     assert list(np.flatnonzero(frozen_picture(position))) == list(range(21, 30))
     assert not frozen_picture(moving() + np.random.default_rng(0).normal(0.0, 0.05, position.shape)).any()
+
+
+@given(
+    hz=st.floats(0.5, 4.0),
+    fps=st.floats(30.0, 120.0),
+    rounded=st.booleans(),
+    copies=st.integers(1, 3),
+    seed=st.integers(0, 999),
+)
+def test_copies_that_are_coded_anew_halt_a_motion_and_a_beat_does_not(
+    hz: float, fps: float, rounded: bool, copies: int, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
+    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
+    true = np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+    fast = np.linalg.norm(np.diff(true, axis=0), axis=2).max(axis=1)
+    middle = 10 + int(np.argmax(fast[10:90]))  # of a stroke
+    film = np.concatenate(
+        [true[: middle + 1], np.repeat(true[middle : middle + 1], copies, axis=0), true[middle + 1 :]]
+    )
+    found = [
+        halted_rows(np.round(2 * seen) / 2 if rounded else seen)
+        for seen in (each + random.normal(0.0, 0.08, each.shape) for each in (true, film))
+    ]
+
+    assert not found[0].any()
+    if fast[middle] > 5.0 and not rounded:
+        assert list(np.flatnonzero(found[1])) == list(range(middle + 1, middle + 1 + copies))
 
 
 @pytest.mark.parametrize("goes_on", [True, False])

@@ -97,7 +97,12 @@ def test_a_frame_beyond_the_video_is_reported_with_the_faults_of_the_boxes(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("text", "message"), [("{", "cannot be read; found Expecting property name"), ("[1]", "not an object; found [1]")]
+    ("text", "message"),
+    [
+        ("{", "cannot be read; found Expecting property name"),
+        ("[1]", "not an object; found [1]"),
+        ('{"frame": 0, "boxes": {"nose": [1, 1, 9, 9], "nose": [2, 2, 9, 9]}}', "found 'nose' is given twice"),
+    ],
 )
 def test_what_is_no_json_object_is_reported(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "f1.boxes.json"

@@ -76,6 +76,18 @@ def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
     assert tracks.confidence.values.tolist() == [[0.9, 0.0], [0.8, 1.0]]
 
 
+def test_coordinates_with_capitals_are_read_and_percent_is_one_fault(tmp_path):
+    capitals = DLC.replace("x,y,likelihood", "X,Y,Likelihood")
+    assert import_tracks(written(tmp_path, capitals), ("nose", "neck"), FPS).equals(
+        import_tracks(written(tmp_path, DLC), ("nose", "neck"), FPS)
+    )
+    percent = DLC.replace("0.9", "90").replace("0.8", "80").replace("0.01", "1").replace("7,8,1", "7,8,100")
+    with pytest.raises(InputError) as raised:
+        import_tracks(written(tmp_path, percent), ("nose", "neck"), FPS)
+    assert len(raised.value.faults) == 1
+    assert "They look like percent: divide them by 100." in str(raised.value)
+
+
 def test_a_file_of_a_multi_animal_project_is_read_if_it_holds_one_animal(tmp_path):
     tracks = import_tracks(written(tmp_path, MULTI), ("neck",), FPS)
     assert pixels_of(tracks)[:, 0].tolist() == [[5, 6], [7, 8]]
