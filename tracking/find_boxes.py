@@ -3,8 +3,8 @@
 `find_boxes` finds them without a click, or reports why they are not certain. `click_page` renders a page on which a
 person clicks the markers: one file that asks for nothing from the network.
 
-`without_marker` finds boxes in which nothing stands out: they are refused. `doubtful_boxes` flags those in which no
-more stands out than on the water elsewhere, or something unlike all other markers.
+`check_markers` refuses boxes in which nothing stands out. `doubtful_boxes` flags those in which no more stands out than
+on the water elsewhere, or something unlike all other markers.
 """
 
 from __future__ import annotations
@@ -61,6 +61,8 @@ CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
+WIDER, CLEARER = 3.0, 2.0
+"""Sides of a box that may lie within its marker, and least contrasts by which what is around it then stands out."""
 REACH_OF_A_BOX = 0.6
 """Share of a box's side about its middle within which its marker lies."""
 HOLLOW = 2.0
@@ -251,6 +253,43 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
     faint = tracker.faint.which if tracker.faint is not None else ~first.seen
     empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
     return empty | ~first.seen
+
+
+def check_markers(
+    video: str, grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str], tracker: MarkerTracker, first: Sighting
+) -> None:
+    """Check that every box holds a marker.
+
+    Args:
+        video: name of the video for the message.
+        grey: (h, w) uint8 picture of the boxes, in the grey that they are tracked in.
+        boxes: the boxes.
+        markers: names of the m markers.
+        tracker: a tracker that was just begun.
+        first: what it saw first.
+
+    Raises:
+        InputError: some hold none, or lie within larger markers.
+    """
+    names = np.array(markers)[without_marker(tracker, first)].tolist()
+    if not names:
+        return
+    sides_px = boxes.sides_px(markers)
+    wider = measure_appearance(grey, boxes.centres_px(markers), WIDER * sides_px)
+    within = (wider.contrast > CLEARER * LEAST_CONTRAST) & (wider.diameter_px > sides_px)
+    if 2 * np.count_nonzero(within) > len(within):  # of one box beside its marker a wider one says nothing
+        step = (
+            f"The boxes of {np.median(sides_px):.0f} px seem to lie within discs of "
+            f"{np.median(wider.diameter_px):.0f} px: draw each around its whole dot, `calib track SESSION --click`."
+        )
+    else:
+        step = (
+            "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
+            f"their body cannot be tracked: {PAINT}."
+        )
+    expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
+    found = ", ".join(names)
+    raise InputError([Fault(video, f"frame {boxes.frame}", "boxes without a marker", found, expected, next_step=step)])
 
 
 def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:

@@ -22,7 +22,6 @@ import cv2
 import numpy as np
 import xarray as xr
 
-from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
@@ -30,7 +29,7 @@ from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
-from tracking.find_boxes import LEAST_CONTRAST, PAINT, without_marker
+from tracking.find_boxes import check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting
@@ -151,7 +150,7 @@ class _Pass:
             first = self._tracker.first
         else:
             tracker, first = self._begun(frame, boxes, method == "hybrid")
-            self._check_markers(without_marker(tracker, first), boxes.frame)
+            check_markers(str(self._video.info.file), self._grey.of(frame), boxes, self._markers, tracker, first)
         self._add(boxes.frame, first)
         self._last = boxes.frame
         self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
@@ -169,19 +168,6 @@ class _Pass:
             brightness=self._grey.brightness_beside(frame),
         )
         return self._tracker, first
-
-    def _check_markers(self, empty: np.ndarray, frame: int) -> None:
-        if empty.any():
-            names = ", ".join(np.array(self._markers)[empty].tolist())
-            expected = (
-                f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
-            )
-            step = (
-                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
-                f"their body cannot be tracked: {PAINT}."
-            )
-            file, what = str(self._video.info.file), "boxes without a marker"
-            raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
         """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""

@@ -220,6 +220,14 @@ def test_only_csrt_is_flagged_where_no_spot_answers(tmp_path: Path) -> None:
     assert flags == [("only_csrt", ("tail_2",), (10, 13))]
 
 
+def test_boxes_within_their_markers_are_told_so(clip: Path) -> None:
+    boxes = POOL.boxes(NAMES)
+    for name, box in boxes.boxes.items():
+        boxes.boxes[name] = Box.around(box.centre_px, 4.0)
+    with pytest.raises(InputError, match=r"The boxes of 4 px seem to lie within discs of 1\d px: draw each around"):
+        tracked(clip, boxes)
+
+
 def test_a_box_on_empty_water_is_refused_by_name(clip: Path) -> None:
     boxes = POOL.boxes(NAMES)
     boxes.boxes["tail_3"] = Box(150, 20, 18, 18)
