@@ -275,8 +275,9 @@ def check_markers(
     if not names:
         return
     sides_px = boxes.sides_px(markers)
-    wider = measure_appearance(grey, boxes.centres_px(markers), WIDER * sides_px)
-    within = (wider.contrast > CLEARER * LEAST_CONTRAST) & (wider.diameter_px > sides_px)
+    own, wider = (measure_appearance(grey, boxes.centres_px(markers), by * sides_px) for by in (1.0, WIDER))
+    within = wider.contrast > CLEARER * np.maximum(own.contrast, LEAST_CONTRAST)
+    within &= wider.diameter_px > sides_px
     if 2 * np.count_nonzero(within) > len(within):  # of one box beside its marker a wider one says nothing
         step = (
             f"The boxes of {np.median(sides_px):.0f} px seem to lie within discs of "
