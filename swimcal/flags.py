@@ -25,6 +25,7 @@ FLAG_KINDS: dict[str, str] = {
     "indistinct": "no grey tells a marker from its surroundings",
     "damaged_video": "part of the video cannot be read",
     "few_frames": "markers move between two frames by more than half the distance to their neighbours",
+    "exchanged_frames": "frames are shown in exchanged order",
     "uneven_stamps": "time stamps are uneven, the frames are not",
     "repeated_frames": "frames repeat the one before",
     "no_lens": "the lens is not calibrated",

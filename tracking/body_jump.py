@@ -1,5 +1,6 @@
-"""Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
+"""Frames that smooth motion gives away: jumps of the whole body, frames that halt it, or in exchanged order.
 
+Jumps come of a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
 No single marker gives them away, since all of them jump together and keep the body's shape. Smooth motion does: the
 step between two frames is about the mean of the steps before and after it (the difference is of third order in time). A
 few missing frames change less than that; they show where the motion is smooth again once their time is put between.
@@ -11,10 +12,12 @@ import warnings
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d
 
 from swimcal.flags import Flag
 from swimcal.session_file import HEAD_MARKERS
+from tracking.harmed_frames import FROZEN_MOTION_PX, stretches
 
 LEAST_PX = 6.0
 """A jump moves half of the markers or more off the smooth motion by at least so many px."""
@@ -28,6 +31,17 @@ UNSEEN_FRAMES, MOST_UNSEEN = 3, 30
 """A head that was not seen for so many frames, and at most for so many, can be told from its speed."""
 FAR_UNSEEN = 0.08
 """Share of the body's length by which it is not where it can have swum to; it sways by half as much."""
+HALTS, HALTS_FRAMES = 0.12, 4
+"""Share of the steps before and after that no marker moves by in a picture that is coded anew and halts the motion, for
+at most so many frames."""
+GOES_ON_AS = 0.7
+"""Least cosine between these steps: nothing that turns back halts."""
+ORDERLY = 0.05
+"""Share of the squares off a smooth course that exchanged frames leave in their right order, …"""
+OUT_OF_ORDER, OUT_OF_ORDER_PX = 4.0, 1.0
+"""… where there are so many times as many as usual in the trial, and some marker moves so far between the two."""
+ORDER_AROUND, ORDER_DEGREE = 3, 3
+"""Frames before and after the two, and the degree of the course through all eight."""
 LONG_STEP = 2.5
 """A time step this many times the usual one is a gap that the stamps tell of."""
 FEWEST_MARKERS = 3
@@ -204,11 +218,11 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
     if count < 1:
         return found
-    parts = np.lib.stride_tricks.sliding_window_view(position_px, 2 * BESIDE, axis=0)  # (k, m, 2, 10)
+    parts = sliding_window_view(position_px, 2 * BESIDE, axis=0)  # (k, m, 2, 10)
     seen = np.isfinite(parts).all(axis=(2, 3))
     step_s = np.diff(time_s)
     even = np.abs(step_s / np.median(step_s) - 1) < EVEN
-    good = np.lib.stride_tricks.sliding_window_view(even, 2 * BESIDE - 1).all(axis=1)
+    good = sliding_window_view(even, 2 * BESIDE - 1).all(axis=1)
     before, after = (np.isfinite(half).all(axis=(2, 3)) for half in (parts[..., :BESIDE], parts[..., BESIDE:]))
     lost = before & ~after  # over so long a gap a tracker may lose the fastest
     told, most = seen.sum(axis=1), max(FEWEST_MOVING, (position_px.shape[1] + 1) // 2)
@@ -230,7 +244,7 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     gained = off[0] - off[1:].min(axis=0)
     worse = good & (off[0] > least) & (off[1:].min(axis=0) < BETTER * off[0])
     around = np.pad(gained, BESIDE)
-    worse &= gained >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
+    worse &= gained >= sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
     found[BESIDE : BESIDE + count] = worse
     return found
 
@@ -304,3 +318,63 @@ def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     good = enough & steady
     off[2:-1][good] = np.nanmedian(apart[good], axis=1)
     return off
+
+
+# Frames that halt the motion, or in exchanged order.
+
+
+def halted_rows(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames in which markers (n, m, 2) in full motion stand still, and then go on as they went.
+
+    No body does that. A picture that is coded anew is not quite the one that it repeats, so its markers are not either.
+    """
+    steps = np.diff(position_px, axis=0)
+    length_px = np.linalg.norm(steps, axis=2)  # (n - 1, m)
+    largest_px = np.nan_to_num(length_px).max(axis=1, initial=0.0)
+    halted = np.zeros(len(position_px), bool)
+    for first, last in stretches(largest_px < HALTS * largest_px.max(initial=0.0)):  # of steps, to the frames after
+        before, after = steps[first - 1 : first], steps[last + 1 : last + 2]
+        if last - first >= HALTS_FRAMES or not len(before) == len(after) == 1:
+            continue
+        known = np.isfinite(np.concatenate([before, steps[first : last + 1], after])).all(axis=(0, 2))
+        if known.sum() < 2:
+            continue
+        came, goes = before[0, known], after[0, known]
+        usual_px = min(np.linalg.norm(came, axis=1).max(), np.linalg.norm(goes, axis=1).max())
+        still = length_px[first : last + 1, known].max() < HALTS * usual_px and usual_px >= FROZEN_MOTION_PX
+        along = float((came * goes).sum())
+        halted[first + 1 : last + 2] = still and along > GOES_ON_AS * np.linalg.norm(came) * np.linalg.norm(goes)
+    return halted
+
+
+def exchanged_frames(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames that are shown in exchanged order, two and two, by their markers (n, m, 2)."""
+    width = 2 * ORDER_AROUND + 2
+    found = np.zeros(len(position_px), bool)
+    if len(position_px) <= width:
+        return found
+    course, _ = np.linalg.qr(np.vander(np.arange(width) - (width - 1) / 2, ORDER_DEGREE + 1))
+    order = np.arange(width)
+    order[[ORDER_AROUND, ORDER_AROUND + 1]] = ORDER_AROUND + 1, ORDER_AROUND
+    windows = sliding_window_view(position_px.reshape(len(position_px), -1), width, axis=0)  # (w, 2 m, width)
+    known = np.isfinite(windows).all(axis=2)
+    places = np.where(known[..., None], windows, 0.0)
+    as_shown, exchanged = (
+        (each**2).sum(axis=2) - ((each @ course) ** 2).sum(axis=2) for each in (places, places[..., order])
+    )  # (w, 2 m) squares off the course
+    count = np.maximum(known.sum(axis=1), 1)
+    off, off_exchanged = as_shown.sum(axis=1), exchanged.sum(axis=1)
+    apart_px = np.abs(places[..., ORDER_AROUND + 1] - places[..., ORDER_AROUND]).max(axis=1)
+    wrong = (off_exchanged < ORDERLY * off) & (apart_px > OUT_OF_ORDER_PX) & (known.sum(axis=1) >= 2 * FEWEST_MARKERS)
+    wrong &= off / count > OUT_OF_ORDER * np.median(off / count)
+    for first in np.flatnonzero(wrong) + ORDER_AROUND:
+        found[first : first + 2] = True
+    return found
+
+
+def exchange_of_frames_flags(exchanged: np.ndarray) -> list[Flag]:
+    """Make a flag for each two frames, of (n,), that are shown in exchanged order."""
+    return [
+        Flag("exchanged_frames", frames=span, message=f"frames {span[0]} to {span[1]} are shown in exchanged order")
+        for span in stretches(exchanged)
+    ]

@@ -81,11 +81,6 @@ BY_CHANCE = 0.05
 """So many frames of a trial may repeat by chance, as they do where few markers are rounded, and count as repeated."""
 TURNS_BACK = -0.8
 """Cosine between the steps before and after frames without motion, below which the tail turned back between them."""
-HALTS, HALTS_FRAMES = 0.12, 4
-"""Share of the steps before and after that no marker moves by in a picture that is coded anew and halts the motion, for
-at most so many frames."""
-GOES_ON_AS = 0.7
-"""Least cosine between these steps: nothing that turns back halts."""
 MOSTLY = 0.5
 """Share of such turns from which frames without motion are those of a beat, not of a film of another rate."""
 ACROSS = 3
@@ -347,30 +342,6 @@ def repeated_rows(position_px: np.ndarray) -> np.ndarray:
             back.append(turns)
     many = _are_many(often) and sum(back) < MOSTLY * len(back)
     return often if many else single
-
-
-def halted_rows(position_px: np.ndarray) -> np.ndarray:
-    """Return (n,) frames in which markers (n, m, 2) in full motion stand still, and then go on as they went.
-
-    No body does that. A picture that is coded anew is not quite the one that it repeats, so its markers are not either.
-    """
-    steps = np.diff(position_px, axis=0)
-    length_px = np.linalg.norm(steps, axis=2)  # (n - 1, m)
-    largest_px = np.nan_to_num(length_px).max(axis=1, initial=0.0)
-    halted = np.zeros(len(position_px), bool)
-    for first, last in stretches(largest_px < HALTS * largest_px.max(initial=0.0)):  # of steps, to the frames after
-        before, after = steps[first - 1 : first], steps[last + 1 : last + 2]
-        if last - first >= HALTS_FRAMES or not len(before) == len(after) == 1:
-            continue
-        known = np.isfinite(np.concatenate([before, steps[first : last + 1], after])).all(axis=(0, 2))
-        if known.sum() < 2:
-            continue
-        came, goes = before[0, known], after[0, known]
-        usual_px = min(np.linalg.norm(came, axis=1).max(), np.linalg.norm(goes, axis=1).max())
-        still = length_px[first : last + 1, known].max() < HALTS * usual_px and usual_px >= FROZEN_MOTION_PX
-        along = float((came * goes).sum())
-        halted[first + 1 : last + 2] = still and along > GOES_ON_AS * np.linalg.norm(came) * np.linalg.norm(goes)
-    return halted
 
 
 def repeat_flags(repeated: np.ndarray, position_px: np.ndarray) -> list[Flag]:

@@ -24,7 +24,15 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_jump import find_jumps, flag_scattered_gaps, jump_flags, longest_part
+from tracking.body_jump import (
+    exchange_of_frames_flags,
+    exchanged_frames,
+    find_jumps,
+    flag_scattered_gaps,
+    halted_rows,
+    jump_flags,
+    longest_part,
+)
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.exchanges import exchange_flags, impossible_flags, strayed_flags
 from tracking.following import (
@@ -38,7 +46,6 @@ from tracking.following import (
 from tracking.harmed_frames import (
     frozen_flags,
     frozen_picture,
-    halted_rows,
     repeat_flags,
     repeated_rows,
     stopped_clock,
@@ -188,10 +195,11 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
     names, seen = markers_of(tracks), np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     frozen, repeated = frozen_picture(pixels_of(tracks)), repeated_rows(pixels_of(tracks)) | halted_rows(seen)  # (n,)
-    harmed = frozen | repeated
+    exchanged = exchanged_frames(seen)  # (n,)
+    harmed = frozen | repeated | exchanged
     findings = _findings(tracks, harmed, layout, floor_px)
     believed = findings.present & ~findings.wrong
-    found = find_jumps(tracks.time.values, np.where(repeated[:, None, None], np.nan, seen), names)
+    found = find_jumps(tracks.time.values, np.where((repeated | exchanged)[:, None, None], np.nan, seen), names)
     # A jump out of a picture that stood still is flagged already.
     jumps = [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
     stopped = stopped_clock(frozen, seen)
@@ -205,6 +213,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
         *frozen_flags(frozen, names, stopped, part),
         *(gaps or jump_flags(jumps, part, names)),
         *repeat_flags(repeated, seen),
+        *exchange_of_frames_flags(exchanged),
     )
     ordered = sorted(flags, key=lambda flag: (flag.frames or (-1,))[0])
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(ordered))

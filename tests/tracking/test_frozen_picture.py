@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tracking.body_jump import exchanged_frames, halted_rows
 from tracking.harmed_frames import (
     frozen_flags,
     frozen_picture,
-    halted_rows,
     repeat_flags,
     repeated_rows,
     stopped_clock,
@@ -64,6 +64,30 @@ def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
     position += np.random.default_rng(0).normal(0.0, 0.003, position.shape)
     assert list(np.flatnonzero(frozen_picture(position))) == list(range(21, 30))
     assert not frozen_picture(moving() + np.random.default_rng(0).normal(0.0, 0.05, position.shape)).any()
+
+
+@given(
+    hz=st.floats(0.5, 2.5),
+    fps=st.floats(40.0, 120.0),
+    at=st.integers(5, 90),
+    noise_px=st.floats(0.0, 0.2),
+    seed=st.integers(0, 999),
+)
+def test_frames_in_exchanged_order_are_found_and_a_beat_is_not(
+    hz: float, fps: float, at: int, noise_px: float, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
+    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
+    true = np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+    true += random.normal(0.0, noise_px, true.shape)
+    exchanged = true.copy()
+    exchanged[[at, at + 1]] = true[[at + 1, at]]
+
+    assert not exchanged_frames(true).any()
+    found = list(np.flatnonzero(exchanged_frames(exchanged)))
+    assert found in ([], [at, at + 1])
+    assert found or np.abs(true[at + 1] - true[at]).max() < 1.0 + 12 * noise_px + 60 * (hz / fps) ** 2 * 40
 
 
 @given(
