@@ -17,7 +17,7 @@ from calib.pipeline import Pipeline, open_session
 from calib.stages.recordings import AnyTrial, Recordings
 from fitting.dry_run import DryTrial
 from fitting.free_decay import DecayTrial
-from fitting.left_out import STILL_M_S
+from fitting.left_out import MARKERS_OFF, STILL_M_S
 from fitting.phase import speed_from_rest
 from reports.words import counted
 from swimcal.errors import SwimcalError
@@ -190,7 +190,8 @@ def _recorded(recordings: Recordings) -> Iterator[Check]:
             yield Check(f"{kind} {spec.name}", "fault", trial, step)
             continue
         yield Check(f"{kind} {spec.name}", *_describe(trial))
-        for message in dict.fromkeys(flag.message for flag in trial.flags if not flag.markers and flag.frames is None):
+        of_all = [flag for flag in trial.flags if flag.kind == MARKERS_OFF or not (flag.markers or flag.frames)]
+        for message in dict.fromkeys(flag.message for flag in of_all):
             shared.setdefault(message, []).append(spec.name)
     for message, names in shared.items():
         yield Check(f"flag of {', '.join(names)}", "advice", message, "See docs/reference/flags.md.")
@@ -202,7 +203,7 @@ def _describe(trial: AnyTrial) -> tuple[str, str, str]:
         return "ok", f"{np.ptp(trial.time_s):.1f} s from the release on", ""
     if isinstance(trial, DryTrial):
         return "ok", f"{trial.frequency.hz:.3g} Hz in {np.ptp(trial.time_s):.1f} s", ""
-    beat, speed = f"{trial.frequency.hz:.3g} Hz", f"{round(1000 * trial.speed)} mm/s by its own scale"
+    beat, speed = f"{trial.frequency.hz:.3g} Hz", f"{round(1000 * trial.speed)} mm/s"
     still = abs(trial.speed) < STILL_M_S
     step = 'It stays where it is. If its head is clamped in air, it is a dry run: kind = "dry".' if still else ""
     return "advice" if still else "ok", f"{beat}, {speed}, {100 * trial.used_fraction:.0f} % of samples used", step

@@ -56,6 +56,8 @@ _SLIPS_RAD = 0.15
 """Least angle between course and heading by which such a swim differs."""
 
 # Odd markers
+MARKERS_OFF = "markers_off"
+"""The flag of a swim one of whose markers sits elsewhere than in the others."""
 LEAST_M = 0.022
 """A flagged marker sits at least so far from its place in the other swims: the public trials reach 20 mm."""
 LEAST = 1.75
@@ -249,4 +251,4 @@ def _flag(trial: MeasuredTrial, marker: str, off_m: float) -> Flag:
         "box on the marker, did it slip? The trial counts as it is"
     )
     first = trial.first_frame
-    return Flag("markers_off", (marker,), (first, first + len(trial.time_s) - 1), message)
+    return Flag(MARKERS_OFF, (marker,), (first, first + len(trial.time_s) - 1), message)

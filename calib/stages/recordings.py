@@ -1,7 +1,7 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
@@ -105,18 +105,21 @@ class Recordings:
         assert isinstance(measured, MeasuredTrial)
         return measured
 
-    def look_at_trials(self) -> Iterator[tuple[TrialSpec, AnyTrial | str]]:
-        """Measure each trial given by tracks, by itself, and write nothing; why not where that is impossible."""
+    def look_at_trials(self) -> list[tuple[TrialSpec, AnyTrial | str]]:
+        """Measure each trial given by tracks, and write nothing; why not where that is impossible."""
+        looked: list[tuple[TrialSpec, AnyTrial | str]] = []
         for spec in self._usable:
             if spec.name in self._repeated:
-                yield spec, self._repeated[spec.name]
+                looked.append((spec, self._repeated[spec.name]))
             elif spec.tracks is not None:
                 try:
-                    yield spec, self._measure_alone(spec, self._recorded(spec))
+                    looked.append((spec, self._measure_alone(spec, self._recorded(spec))))
                 except NotEnoughData as problem:
-                    yield spec, self._reason(spec, problem)
+                    looked.append((spec, self._reason(spec, problem)))
                 except InputError as problem:
-                    yield spec, str(problem)
+                    looked.append((spec, str(problem)))
+        compared = iter(self._compared([trial for _, trial in looked if not isinstance(trial, str)]))
+        return [(spec, trial if isinstance(trial, str) else next(compared)) for spec, trial in looked]
 
     @property
     def swims_left_out(self) -> dict[str, str]:
@@ -251,17 +254,21 @@ class Recordings:
         for spec in (spec for spec, _ in problems if spec.tracks is not None):
             tracks = mask_untrusted(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
+        _check_direction([trial for trial in measured if isinstance(trial, MeasuredTrial)])
+        return self._compared(measured)
+
+    def _compared(self, measured: Sequence[AnyTrial]) -> list[AnyTrial]:
+        """Give the swims among trials one scale, and flag those that are unlike the others."""
         swims = [trial for trial in measured if isinstance(trial, MeasuredTrial)]
-        _check_direction(swims)
         scaled = {trial.name: trial for trial in with_common_scale(swims, self._session.camera.scale_length_m)}
-        measured = [scaled.get(trial.name, trial) for trial in measured]
         everyone = list(scaled.values())
+        compared = [scaled.get(trial.name, trial) for trial in measured]
         for found in (odd_markers(everyone, self._robot), carried_swims(everyone), self._shared(everyone)):
-            measured = [
+            compared = [
                 replace(trial, flags=(*trial.flags, found[trial.name])) if trial.name in found else trial
-                for trial in measured
+                for trial in compared
             ]
-        return measured
+        return compared
 
     def _reason(self, spec: TrialSpec, problem: NotEnoughData) -> str:
         """Say why a trial cannot be measured, and which flags took most samples from it."""
