@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import cv2
 import numpy as np
 
 from tracking.boxes import StartBoxes
@@ -35,6 +36,12 @@ _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times t
 _SMALLEST_PX = 4.0
 LEAST_CONTRAST = 1.0
 """Grey levels that a marker stands out by at least; else nothing could be a share of its contrast."""
+FEWEST_ALIKE = 3
+"""Markers that look alike, from which on they tell something of the others."""
+REACH_OF_A_BOX = 0.6
+"""Share of a box's side about its middle within which its marker lies."""
+_LINE_PX = 2.0  # width of a ring's line at least
+_HOLLOW, _STANDS_OUT = 2.0, 6.0  # times that a ring stands out more than its middle, and least grey levels of either
 
 
 def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
@@ -65,16 +72,22 @@ class Grey:
         around: two pairs of colour differences (U, V), between which those around the markers lie.
         gain: grey levels for one level of distance.
         lightness: the brightness between which that around the markers lies, where a marker may also be told by it.
+        hole_px: width of the holes of markers that are rings, which are filled; negative where these are dark.
     """
 
     by_colour: bool = False
     around: tuple[tuple[float, float], tuple[float, float]] = ((128.0, 128.0), (128.0, 128.0))
     gain: float = 1.0
     lightness: tuple[float, float] = (0.0, 255.0)
+    hole_px: float = 0.0
 
     def of(self, frame: Frame) -> np.ndarray:
         """Return the grey levels (h, w), uint8, of a frame."""
-        return self._of_yuv(frame.yuv()) if self.by_colour else frame.luma
+        grey = self._of_yuv(frame.yuv()) if self.by_colour else frame.luma
+        if not self.hole_px:
+            return grey
+        way, disc = (cv2.MORPH_CLOSE if self.hole_px > 0 else cv2.MORPH_OPEN), round(abs(self.hole_px)) | 1
+        return cv2.morphologyEx(grey, way, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (disc, disc)))
 
     def brightness_beside(self, frame: Frame) -> np.ndarray | None:
         """Return the brightness (h, w), uint8, of a frame whose markers are sought by colour; else None.
@@ -88,19 +101,29 @@ class Grey:
         return levels if self.lightness == (0.0, 255.0) else np.maximum(levels, self._by_lightness[yuv[..., 0]])
 
     def as_array(self) -> np.ndarray:
-        """Return it as numbers (8,), which `restored` takes back."""
-        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain, *self.lightness])
+        """Return it as numbers (9,), which `restored` takes back."""
+        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain, *self.lightness, self.hole_px])
 
     @classmethod
     def restored(cls, kept: np.ndarray) -> "Grey":
         """Make it again of what `as_array` gave."""
-        by_colour, u, v, other_u, other_v, gain, dark, light = kept.tolist()
-        return cls(bool(by_colour), ((u, v), (other_u, other_v)), gain, (dark, light))
+        by_colour, u, v, other_u, other_v, gain, dark, light, hole_px = kept.tolist()
+        return cls(bool(by_colour), ((u, v), (other_u, other_v)), gain, (dark, light), hole_px)
 
     @classmethod
     def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
-        """Choose the grey for the markers in their start boxes, in the frame of these."""
-        return cls.chosen(frame, boxes.centres_px(markers), boxes.sides_px(markers))
+        """Choose the grey for the markers in their start boxes, in the frame of these; rings are filled in it."""
+        centre_px, side_px = boxes.centres_px(markers), boxes.sides_px(markers)
+        grey = cls.chosen(frame, centre_px, side_px)
+        radii = ring_radii(grey.of(frame), centre_px, side_px)
+        if np.count_nonzero(radii) < max(FEWEST_ALIKE, len(markers) / 2):
+            return grey
+        bright = np.median(np.sign(radii[radii != 0])) > 0
+        hole_px = 2 * float(np.median(np.abs(radii[radii != 0]))) - _LINE_PX
+        apart_px = np.linalg.norm(centre_px[:, None] - centre_px[None], axis=2)
+        nearest_px = float(apart_px[~np.eye(len(markers), dtype=bool)].min(initial=np.inf))
+        filled = replace(grey, hole_px=hole_px if bright else -hole_px)
+        return filled if nearest_px > 2 * hole_px else grey
 
     @classmethod
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
@@ -289,3 +312,36 @@ def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[floa
     contrast = max(float(np.percentile(light[distance < half], 90)), LEAST_CONTRAST)
     area = float(np.clip(light[distance < 1.2 * half] / contrast, 0, 1).sum())
     return sign, max(2 * np.sqrt(area / np.pi), _SMALLEST_PX), contrast
+
+
+def ring_radii(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Return (m,) the radius, px, of each marker that is a ring, negative where it is dark; 0 of one that is none.
+
+    The middle of a ring stands out far less than a circle around it does.
+
+    Args:
+        grey: (h, w) picture.
+        centre_px: (m, 2) centres of the boxes.
+        side_px: (m,) their mean sides.
+    """
+    found = np.zeros(len(side_px))
+    for number, (centre, side) in enumerate(zip(centre_px, side_px.tolist(), strict=True)):
+        edge = REACH_OF_A_BOX * side
+        reach = int(np.ceil(0.75 * side))
+        column, row = np.rint(centre).astype(int).tolist()
+        patch = window(grey, column, row, reach).astype(float)
+        y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+        away = np.hypot(x, y)
+        off = patch - np.median(patch[away > edge])
+        inside = np.where(away <= edge, np.maximum(np.abs(off) - _STANDS_OUT, 0.0), 0.0)
+        if not inside.any():
+            continue
+        away = np.hypot(x - np.average(x, weights=inside), y - np.average(y, weights=inside))
+        radii = np.arange(1.5, edge, 0.5)
+        around = np.array([off[(away >= radius - 0.75) & (away < radius + 0.75)].mean() for radius in radii])
+        if not len(around):
+            continue
+        most = int(np.argmax(np.abs(around)))
+        if abs(around[most]) > _HOLLOW * max(float(np.abs(off[away < 1.5]).mean()), _STANDS_OUT):
+            found[number] = np.sign(around[most]) * radii[most]
+    return found

@@ -22,7 +22,13 @@ from scipy.special import softmax
 
 from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
-from tracking.appearance import Appearance, lies_within, measure_appearance, window
+from tracking.appearance import (
+    FEWEST_ALIKE,
+    Appearance,
+    lies_within,
+    measure_appearance,
+    ring_radii,
+)
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
 from tracking.spots import move_onto_dots, strongest_answer
@@ -55,18 +61,14 @@ COMMON = 0.01
 had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
 """
 PAINT = "paint them white on a dark body, black or red on a bright one, all in one colour"
-FEWEST_ALIKE, FAINTER = 3, 0.7
-"""Where so many markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
+FAINTER = 0.7
+"""Where a few markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
 CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
 WIDER, CLEARER = 3.0, 2.0
 """Sides of a box that may lie within its marker, and least contrasts by which what is around it then stands out."""
-REACH_OF_A_BOX = 0.6
-"""Share of a box's side about its middle within which its marker lies."""
-HOLLOW = 2.0
-"""A marker is a ring if a circle about its middle stands out by so many times as much."""
 LEAST_CONTRAST_FAINT = 25.0
 """The same where the detector hardly answers, so that only CSRT can follow it."""
 
@@ -335,7 +337,7 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
             "bright or bright where they are dark: is it the body between two of them? Look at the picture of the boxes"
         )
         flags.append(Flag("doubtful_box", (markers[odd],), None, message))
-    hollow = int(np.count_nonzero(are_rings(grey, centre_px, side_px)))
+    hollow = int(np.count_nonzero(ring_radii(grey, centre_px, side_px)))
     if hollow >= max(FEWEST_ALIKE, len(markers) / 2):
         message = (
             f"{hollow} of {len(markers)} markers look like rings, which are measured on one side, up to half their "
@@ -343,32 +345,6 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
         )
         flags.append(Flag("doubtful_box", tuple(markers), None, message))
     return tuple(flags)
-
-
-def are_rings(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
-    """Tell (m,) whether the middle of each marker stands out far less than a circle around it does.
-
-    Args:
-        grey: (h, w) picture.
-        centre_px: (m, 2) centres of the boxes.
-        side_px: (m,) their mean sides.
-    """
-    found = np.zeros(len(side_px), bool)
-    for number, (centre, side) in enumerate(zip(centre_px, side_px.tolist(), strict=True)):
-        edge = REACH_OF_A_BOX * side
-        reach = int(np.ceil(0.75 * side))
-        column, row = np.rint(centre).astype(int).tolist()
-        patch = window(grey, column, row, reach).astype(float)
-        y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-        away = np.hypot(x, y)
-        light = np.abs(patch - np.median(patch[away > edge]))
-        inside = np.where(away <= edge, np.maximum(light - LEAST_CONTRAST, 0.0), 0.0)
-        if not inside.any():
-            continue
-        away = np.hypot(x - np.average(x, weights=inside), y - np.average(y, weights=inside))
-        around = [float(light[(away >= r - 0.75) & (away < r + 0.75)].mean()) for r in np.arange(1.5, edge, 0.5)]
-        found[number] = max(around, default=0.0) > HOLLOW * max(float(light[away < 1.5].mean()), LEAST_CONTRAST)
-    return found
 
 
 def odd_one_out(look: Appearance) -> int | None:

@@ -46,6 +46,7 @@ class Clip:
     wall: Colour = WALL
     bubbles: int = 0  # number of white ones that rise past the dots
     hidden: range = range(0)  # frames in which the wall covers the last two dots
+    line: float = 0.0  # share of its diameter that the line of a ring is wide; a disc without one
 
     def places(self, frame: int) -> np.ndarray:
         """(5, 2) px."""
@@ -68,7 +69,8 @@ class Clip:
         body = [pixel(place) for place in middle]
         cv2.polylines(picture, [np.array(body)[:, None]], False, self.body, round(fine * (2 * self.off_px + 2)))
         for place, colour in zip(at, self.dots, strict=True):
-            cv2.circle(picture, pixel(place), round(fine * diameter / 2), colour, -1)
+            line = round(fine * self.line * diameter)
+            cv2.circle(picture, pixel(place), round((fine * diameter - line) / 2), colour, line or -1)
             if self.highlight:
                 shine = place - 0.2 * diameter
                 cv2.circle(picture, pixel(shine), round(fine * self.highlight * diameter / 2), (245, 240, 245), -1)
@@ -112,6 +114,15 @@ def test_a_highlight_does_not_draw_a_ball_aside(tmp_path: Path) -> None:
     ball = Clip(dots=((150, 60, 200),) * 5, body=STRIP, diameter_px=lambda _: 36.0, highlight=0.25)
 
     assert np.sqrt((ball.off(tmp_path) ** 2).mean()) < 0.9  # 1.5 with the hole
+
+
+@pytest.mark.parametrize("line", [0.15, *later(0.25)])
+@pytest.mark.parametrize("colours", [((235, 235, 235), DARK), ((20, 20, 20), STRIP), (YELLOW, DARK)])
+def test_rings_are_measured_in_their_middle(colours: tuple[Colour, Colour], line: float, tmp_path: Path) -> None:
+    ring, ground = colours
+    clip = Clip(dots=(ring,) * 5, body=ground, wall=ground, line=line)
+
+    assert clip.off(tmp_path).max() < 0.6  # half their width where only one side of them was seen
 
 
 BLACK, DEEP = (22, 22, 26), (60, 85, 95)  # water darker than a bright body, brighter than a black dot
