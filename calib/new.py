@@ -419,8 +419,10 @@ def _in_a_line(path: Path) -> str:
 
 
 def _stem(path: Path) -> str:
+    """Return the name of a recording's file without suffixes, also without what DeepLabCut appends to a video's."""
     name = path.name.removesuffix(".gz")
-    return name[: name.rfind(".")] if "." in name else name
+    name = name[: name.rfind(".")] if "." in name else name
+    return re.sub(r"DLC_.*shuffle.*", "", name) or name
 
 
 def _safe(name: str) -> str:

@@ -49,7 +49,7 @@ NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 _PERCENT = 0.1  # least share of confidences above 1 that look like percent
-_SAME_PX = 0.02  # most by which the same place differs in two files, by rounding
+_SAME_PX = 2.0  # most by which the same places differ in tracks of two programs, in the median of the markers
 _LEAST_SHARED = 3  # least number of markers by which a frame is known again
 
 
@@ -105,7 +105,8 @@ def pixels_of(tracks: xr.Dataset) -> np.ndarray:
 def shared_frames(first: xr.Dataset, second: xr.Dataset) -> int:
     """Count the frames that two recordings have in common, in the same order.
 
-    A frame is the same if all markers that both see, three or more, have the same places to the rounding of a file.
+    A frame is the same if the markers that both see, three or more, are at the same places, as far as two programs
+    agree.
 
     Args:
         first: tracks of a recording.
@@ -125,9 +126,10 @@ def shared_frames(first: xr.Dataset, second: xr.Dataset) -> int:
 
 def _same(rows_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
     """Tell which rows (n, m, 2) of tracks are those of others, or of one other."""
-    apart_px = np.abs(rows_px - others_px).max(axis=2)
+    apart_px = np.linalg.norm(rows_px - others_px, axis=2)
     seen = np.isfinite(apart_px)
-    return np.asarray(~(apart_px > _SAME_PX).any(axis=1) & (seen.sum(axis=1) >= _LEAST_SHARED))
+    near = (apart_px < _SAME_PX).sum(axis=1)
+    return np.asarray((seen.sum(axis=1) >= _LEAST_SHARED) & (2 * near > seen.sum(axis=1)))
 
 
 def load_tracks(
@@ -208,7 +210,10 @@ def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
     if np.all(np.abs(steps - np.rint(steps)) < 1e-9) and usual < 5:
         step = "They look like numbers of frames: name the column frame, and give the frame rate, `--fps 60`."
     elif likely:
-        step = f"They look like {likely[0]}: write them in seconds, or give the frame rate instead of the column."
+        named = "name the column time_ms for `calib convert`, " if likely[0] == "milliseconds" else ""
+        step = (
+            f"They look like {likely[0]}: write them in seconds, {named}or give the frame rate instead of the column."
+        )
     else:
         step = "Write them in seconds, or give the frame rate instead of the column."
     found = f"frames {usual:.4g} apart, {1 / usual:.3g} frames a second if these were seconds"

@@ -28,6 +28,7 @@ from tracking.appearance import (
     lies_within,
     measure_appearance,
     ring_radii,
+    window,
 )
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
@@ -277,9 +278,10 @@ def check_markers(
     if not names:
         return
     sides_px = boxes.sides_px(markers)
-    own, wider = (measure_appearance(grey, boxes.centres_px(markers), by * sides_px) for by in (1.0, WIDER))
-    within = wider.contrast > CLEARER * np.maximum(own.contrast, LEAST_CONTRAST)
-    within &= wider.diameter_px > sides_px
+    centre_px = boxes.centres_px(markers)
+    own, wider = (measure_appearance(grey, centre_px, by * sides_px) for by in (1.0, WIDER))
+    within = (wider.contrast > CLEARER * np.maximum(own.contrast, LEAST_CONTRAST)) & (wider.diameter_px > sides_px)
+    within &= _off_the_rim(grey, centre_px, WIDER * sides_px) > CLEARER * LEAST_CONTRAST
     if 2 * np.count_nonzero(within) > len(within):  # of one box beside its marker a wider one says nothing
         step = (
             f"The boxes of {np.median(sides_px):.0f} px seem to lie within discs of "
@@ -287,12 +289,23 @@ def check_markers(
         )
     else:
         step = (
-            "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
-            f"their body cannot be tracked: {PAINT}."
+            "Are the boxes of this film? Look at their preview, or click them: `calib track SESSION --click`. Dots "
+            f"that look like their body cannot be tracked: {PAINT}."
         )
     expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
     found = ", ".join(names)
     raise InputError([Fault(video, f"frame {boxes.frame}", "boxes without a marker", found, expected, next_step=step)])
+
+
+def _off_the_rim(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Return (m,) grey levels by which the middle of each square differs from its rim."""
+    off = []
+    for (column, row), side in zip(np.rint(centre_px).astype(int).tolist(), side_px.tolist(), strict=True):
+        patch = window(grey, column, row, max(round(side / 2), 2)).astype(float)
+        rim = np.concatenate([patch[0], patch[-1], patch[:, 0], patch[:, -1]])
+        middle = len(patch) // 2
+        off.append(abs(np.median(patch[middle - 1 : middle + 2, middle - 1 : middle + 2]) - np.median(rim)))
+    return np.array(off)
 
 
 def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:

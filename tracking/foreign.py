@@ -392,12 +392,12 @@ def check_names(
     missing = [marker for marker in markers if marker not in theirs]
     if not missing:
         return
-    if len(missing) == 1 and (hint := did_you_mean(missing[0], theirs)):
+    free = [name for name in theirs if name not in markers]
+    if len(missing) == 1 and (hint := did_you_mean(missing[0], free)):
         if did_you_mean(missing[0], given) == hint:
             hint = f"Is it a slip in --rename? Write {missing[0]!r} there."
         faults.add("", f"no {word} {missing[0]!r}", choices=tuple(theirs), next_step=hint)
         return
-    free = [name for name in theirs if name not in markers]
     alike = {_letters(name): name for name in free}
     same = [f"{alike[_letters(name)]}={name}" for name in missing if _letters(name) in alike]
     some = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
@@ -406,6 +406,8 @@ def check_names(
         step = f"If no others were tracked, take these alone: `calib convert FILE --markers {','.join(theirs)} …`."
         if needed := [name for name in missing if name in HEAD_MARKERS]:
             step = f"No trial goes without {' and '.join(needed)}: track these too."
+        elif set(theirs) <= set(HEAD_MARKERS):
+            step = "No trial goes without a marker on the tail, better two or more: track these too."
         what, expected = f"no {word} {', '.join(missing)}", ", ".join(markers)
         faults.add("", what, found=", ".join(theirs), expected=expected, next_step=step)
         return

@@ -333,6 +333,8 @@ class FitResult(Result):
         better = f"better than the best simple rule{surely}"
         if " worse" in compared:
             better = "not better than the best simple rule, within the errors"
+        if "as good as" in compared:
+            better = "as good as the best simple rule"
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and without a caveat",

@@ -41,7 +41,7 @@ AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 HELD_OUT = 'its role in session.toml is "holdout"'
 _MANY = 0.05  # share of a trial's samples from which a flag is told as a reason why the trial is left out
 _TOLD = 2  # most flags that are told
-_SHARED = 0.1  # share of its frames from which a swim that shares them with a fit trial is flagged
+_SHARED = 0.2  # share of its frames from which a swim that shares them with a fit trial is flagged
 
 T = TypeVar("T", bound=AnyTrial)
 Made = TypeVar("Made")
@@ -263,7 +263,7 @@ class Recordings:
         scaled = {trial.name: trial for trial in with_common_scale(swims, self._session.camera.scale_length_m)}
         everyone = list(scaled.values())
         compared = [scaled.get(trial.name, trial) for trial in measured]
-        for found in (odd_markers(everyone, self._robot), carried_swims(everyone), self._shared(everyone)):
+        for found in (odd_markers(everyone, self._robot), carried_swims(everyone), _shared(everyone)):
             compared = [
                 replace(trial, flags=(*trial.flags, found[trial.name])) if trial.name in found else trial
                 for trial in compared
@@ -304,23 +304,6 @@ class Recordings:
                 if any(spec.commanded_hz != first.commanded_hz for spec in others):
                     why[first.name] = said.format(others[0].name)
         return why
-
-    def _shared(self, swims: Sequence[MeasuredTrial]) -> dict[str, Flag]:
-        """Flag each swim, by its name, whose tracks share frames with a fit trial's, cut from one recording."""
-        given = {spec.name: spec for spec in self._usable if spec.tracks is not None}
-        flags, fitted = dict[str, Flag](), dict[str, xr.Dataset]()
-        for swim in sorted((swim for swim in swims if swim.name in given), key=lambda swim: swim.role != "fit"):
-            tracks = self._recorded(given[swim.name])
-            frames = {name: shared_frames(tracks, other) for name, other in fitted.items()}
-            first = max(frames, key=lambda name: frames[name], default="")
-            count = len(tracks.time.values)
-            if first and frames[first] > _SHARED * count:
-                why = "they are fitted twice" if swim.role == "fit" else "they were fitted, so they check no forecast"
-                message = f"{frames[first]} of its {count} frames are frames of {first}, too: {why}"
-                flags[swim.name] = Flag("shared_frames", message=message)
-            if swim.role == "fit":
-                fitted[swim.name] = tracks
-        return flags
 
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
@@ -399,6 +382,22 @@ class Recordings:
         confidence = np.where(weight() > 0, tracks.confidence.values, 0.0)
         save_tracks(stage.file, tracks.assign(confidence=(("time", "keypoint"), confidence)))
         stage.mark()
+
+
+def _shared(swims: Sequence[MeasuredTrial]) -> dict[str, Flag]:
+    """Flag each swim, by its name, that shares frames with a fit trial: both are cut from one recording, or are one."""
+    flags, fitted = dict[str, Flag](), list[MeasuredTrial]()
+    for swim in sorted(swims, key=lambda swim: swim.role != "fit"):
+        count = len(swim.time_s)
+        shared = {other.name: shared_frames(swim.tracks, other.tracks) for other in fitted}
+        first = max(shared, key=lambda name: shared[name], default="")
+        if first and shared[first] > _SHARED * count:
+            why = "they are fitted twice" if swim.role == "fit" else "they were fitted, so they check no forecast"
+            message = f"{shared[first]} of its {count} frames are frames of {first}, too: {why}"
+            flags[swim.name] = Flag("shared_frames", message=message)
+        if swim.role == "fit":
+            fitted.append(swim)
+    return flags
 
 
 def _check_direction(swims: Sequence[MeasuredTrial]) -> None:

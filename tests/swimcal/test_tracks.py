@@ -164,14 +164,14 @@ def test_the_public_tracks_load_whole() -> None:
 @given(first=st.integers(0, 60), count=st.integers(20, 40), gaps=st.integers(0, 5), own=st.integers(0, 15))
 def test_frames_that_two_recordings_share_are_counted(first: int, count: int, gaps: int, own: int) -> None:
     random = np.random.default_rng(100 * first + count)
-    whole_px = 500 + np.cumsum(random.normal(0, 2.0, (100, 3, 2)), axis=0)
-    before_px = 500 + np.cumsum(random.normal(0, 2.0, (own, 3, 2)), axis=0)
-    cut_px = np.concatenate([before_px, np.round(whole_px[first : first + count], 2)])
+    whole_px = 500 + np.cumsum(random.normal(0, 9.0, (100, 3, 2)), axis=0)
+    before_px = 3000 + np.cumsum(random.normal(0, 9.0, (own, 3, 2)), axis=0)
+    cut_px = np.concatenate([before_px, whole_px[first : first + count] + random.normal(0, 0.3, (count, 3, 2))])
     lost = own + random.choice(count, gaps, replace=False)
     cut_px[lost, 1] = np.nan
     whole, cut, other = (
         as_tracks(MARKERS, np.arange(len(px)) / 60, px, np.isfinite(px[..., 0]).astype(float))
-        for px in (whole_px, cut_px, whole_px[:30] + 1.0)
+        for px in (whole_px, cut_px, whole_px[:30] + 5000.0)
     )
 
     assert shared_frames(whole, cut) == shared_frames(cut, whole) == count - gaps

@@ -76,6 +76,14 @@ def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
     assert tracks.confidence.values.tolist() == [[0.9, 0.0], [0.8, 1.0]]
 
 
+def test_a_name_that_is_taken_is_not_offered_for_a_missing_one(tmp_path):
+    with pytest.raises(InputError) as raised:
+        import_tracks(written(tmp_path, DLC.replace("neck", "nose_2")), ("nose", "neck"), FPS)
+    assert "Did you mean 'nose'" not in str(raised.value)
+    with pytest.raises(InputError, match="No trial goes without a marker on the tail"):
+        import_tracks(written(tmp_path, DLC), ("nose", "neck", "tail_1"), FPS)
+
+
 def test_coordinates_with_capitals_are_read_and_percent_is_one_fault(tmp_path):
     capitals = DLC.replace("x,y,likelihood", "X,Y,Likelihood")
     assert import_tracks(written(tmp_path, capitals), ("nose", "neck"), FPS).equals(
