@@ -16,8 +16,9 @@ from fitting.frequency import (
     LEAST_EXPLAINED,
     SwimFrequency,
     estimate_frequency,
+    standard_error,
 )
-from fitting.pool import design, forward_speed, smooth_swim
+from fitting.pool import design, forward_speed, smooth_swim, weighted_fit
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
@@ -38,6 +39,8 @@ BEARING = ("unread_marker", CREEPS, TAIL_FIRST, "turns", "scale_drifts", "scale_
 _SURE = 4.0  # standard errors from which a drift is certain
 _LASTS = 10.0  # least number of frames for which an error of a box stays
 _SCALE_DRIFTS = 0.01  # relative drift of the scale from the first to the last compared frame
+_LIKELY = 2.5  # standard errors from which a drift is likely
+_LIKELY_DRIFT = 0.02  # least drift of the scale that is worth a flag though it is not certain
 _CREEP = 0.1  # least way of a marker aside of its neighbours, relative to nose to neck; public trials have up to 0.06
 _CHORD = 0.02  # share by which the net displacement of a fish that turns may be shorter than its path
 _WOBBLE = 0.03  # amplitude relative to nose to neck; public trials have 0.004, noise of 1.5 px that lasts 0.017
@@ -125,7 +128,7 @@ def check_beat(
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
-    clear = beat.explained >= CLEAR and beat.beats >= _CLEAR_BEATS
+    clear = beat.clear and beat.beats >= _CLEAR_BEATS
     least = (
         _LEAST_CLEAR * max(reach, _LEAST_REACH)
         if clear
@@ -240,9 +243,9 @@ def motion_flags(
         flags.append(Flag(TAIL_FIRST, message=message))
     turned, _ = _drift(time_s, head.heading_rad, kept, hz)
     bends = abs(turned) > np.sqrt(40 * _CHORD)
-    first, last = _ends(time_s, head, kept, hz)
+    first, last, error = _ends(time_s, head, kept, hz)
     paces = (first, last) if bends else (first, last, speed)
-    if np.ptp(paces) > max(_UNSTEADY * abs(speed), _UNSTEADY_M_S):
+    if np.ptp(paces) > max(_UNSTEADY * abs(speed), _UNSTEADY_M_S, _LIKELY * error):
         message = (
             f"its speed changes while it is compared: {1000 * first:.0f} mm/s at first, {1000 * last:.0f} at the end, "
             f"{1000 * speed:.0f} in all: was it pushed or slowed, does its beat change, or was the camera moved?"
@@ -265,8 +268,11 @@ def motion_flags(
     return tuple(flags)
 
 
-def _ends(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, hz: float) -> tuple[float, float]:
-    """Return the forward speeds in the first and last beats that are compared, m/s; nan where too little is seen."""
+def _ends(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, hz: float) -> tuple[float, float, float]:
+    """Return the forward speeds in the first and last beats that are compared, and their difference's error, m/s.
+
+    Where too little is seen they are nan.
+    """
     seen = kept & np.isfinite(head.heading_rad)
     frame_s = float(np.median(np.diff(time_s)))
     beats_s = np.ceil(max(_LEAST_OF_END * frame_s, _LEAST_OF_END_S) * hz) / hz
@@ -274,7 +280,25 @@ def _ends(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, hz: float) -> t
     parts = [seen & (time_s <= begins + beats_s + 1e-9), seen & (time_s >= ends - beats_s - 1e-9)]
     whole = ends - begins >= 2 * beats_s and all(part.sum() * frame_s > _SEEN_OF_END * beats_s for part in parts)
     first, last = (float(forward_speed(time_s, head, part, hz)) if whole else np.nan for part in parts)
-    return first, last
+    error = float(np.linalg.norm([_speed_error(time_s, head, seen, part, hz) for part in parts])) if whole else np.nan
+    return first, last, error
+
+
+def _speed_error(time_s: np.ndarray, head: HeadFrame, seen: np.ndarray, part: np.ndarray, hz: float) -> float:
+    """Return the standard error of the forward speed in a part of the seen frames (n,), m/s.
+
+    What a smooth path and the beat leave of all seen frames tells the noise: that in a part tells too little of noise
+    that lasts as long.
+    """
+    seconds, ahead_m, within = time_s[seen], head.path_m[seen, :1], part[seen]
+    smooth = smooth_swim(seconds, 2 * np.pi * hz * seconds, _WOBBLE_DEGREE, HARMONICS)
+    even = np.ones_like(ahead_m)
+    residual = ahead_m - smooth @ weighted_fit(smooth, ahead_m, even)
+    own = np.delete(design(seconds[within], hz, HARMONICS), 1, axis=1)  # all but the drift
+    ramp = (seconds[within] - seconds[within].mean())[:, None]
+    slope = np.zeros_like(ahead_m)
+    slope[within] = ramp - own @ weighted_fit(own, ramp, even[within])
+    return standard_error(smooth, slope, residual, even, 1 / (hz * float(np.median(np.diff(seconds)))))
 
 
 def _wobble(time_s: np.ndarray, path_m: np.ndarray, hz: float) -> tuple[float, float]:
@@ -314,11 +338,13 @@ def sight_flags(
     """
     flags = []
     shrinks, error = _drift(time_s, np.log(span_px), kept, hz)
-    if abs(shrinks) > max(_SCALE_DRIFTS, _SURE * error):
+    likely = max(_LIKELY_DRIFT, _LIKELY * error)
+    if abs(shrinks) > min(likely, max(_SCALE_DRIFTS, _SURE * error)):
+        about = "" if abs(shrinks) > _SURE * error else f" (standard error {100 * error:.1f} %)"
         message = (
-            f"nose to neck {'grows' if shrinks > 0 else 'shrinks'} by {100 * abs(shrinks):.1f} % from the first to the "
-            "last compared frame: its lengths and speeds are no surer than that. Is the camera level and its lens "
-            "calibrated?"
+            f"nose to neck {'grows' if shrinks > 0 else 'shrinks'} by {100 * abs(shrinks):.1f} %{about} from the first "
+            "to the last compared frame: its lengths and speeds are no surer than that. Is the camera level and its "
+            "lens calibrated?"
         )
         flags.append(Flag("scale_drifts", message=message))
     unseen_s = float(time_s[warm][-1] - time_s[kept][-1])

@@ -67,7 +67,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 
-_FORM = 30  # version of calibration.json, and of the search that fills it
+_FORM = 31  # version of calibration.json, and of the search that fills it
 _FORM_OF_POSTERIOR = 17  # version of the posterior's files and of their computation
 _STEADY_BEATS = 20  # after which a swim is steady
 _HOW_TO_USE = f"""

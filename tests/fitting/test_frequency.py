@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from fitting.frequency import estimate_frequency
 from fitting.measure_trial import measure_trial
@@ -14,7 +19,7 @@ from swimcal.robot import load_robot
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import load_tracks, markers_of, pixels_of
-from tests.cases import changed, later
+from tests.cases import changed, few, later
 from tests.fitting.tails import noisy, tail
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 
@@ -103,6 +108,34 @@ def test_flags_say_what_is_doubtful() -> None:
 
     noise = clean._replace(lateral_m=np.random.default_rng(0).normal(0, 1e-3, clean.lateral_m.shape))
     assert [flag.kind for flag in estimate_frequency(*noise).flags] == ["unidentifiable"]
+
+
+@few(5)
+@given(beats=st.floats(2.1, 4.0), share=st.floats(0.01, 0.06), seed=st.integers(0, 999))
+def test_white_noise_leaves_a_beat_clear_and_a_rest_does_not(beats: float, share: float, seed: int) -> None:
+    time_s, lateral_m, weight = tail(1.0, beats)
+    size_m = np.sqrt(share * (lateral_m**2).mean() / (1 - share))
+    noise_m = np.random.default_rng(seed).normal(0.0, size_m, lateral_m.shape)
+    rests = np.minimum(np.arange(len(time_s)), round(0.75 * len(time_s)))
+
+    swims, halts = (
+        estimate_frequency(time_s, seen, weight) for seen in (lateral_m + noise_m, (lateral_m + noise_m)[rests])
+    )
+
+    assert swims.flags == ()
+    assert "few_beats" in {flag.kind for flag in halts.flags}
+
+
+@few(5)
+@given(seconds=st.floats(4.0, 25.0), lasts_s=st.floats(0.05, 20.0), order=st.integers(1, 2), seed=st.integers(0, 999))
+def test_lasting_noise_has_no_clear_beat(seconds: float, lasts_s: float, order: int, seed: int) -> None:
+    count, stays = round(30 * seconds), np.exp(-1 / (30 * lasts_s))
+    series = np.random.default_rng(seed).normal(size=(count + 1500, 2))
+    for _ in range(order):
+        series = lfilter([1.0], [1.0, -stays], series, axis=0)
+    with suppress(NotEnoughData):
+        found = estimate_frequency(np.arange(count) / 30, 0.01 * series[1500:] / series.std(), np.ones((count, 2)))
+        assert found.beats < 4.0 or not found.clear
 
 
 @pytest.mark.parametrize(

@@ -261,6 +261,33 @@ def test_what_a_whole_trial_suffers_from_is_flagged(changes: dict[str, float], k
     assert kinds(measured(*swim(**changes))) == {kind}  # type: ignore[arg-type]
 
 
+@few(5)
+@given(grows=st.sampled_from([-1, 1]), by=st.floats(0.034, 0.036), seed=st.integers(0, 999))
+def test_a_drift_of_the_scale_that_noise_hides_in_part_is_told_with_its_error(grows: int, by: float, seed: int) -> None:
+    trial = measured(*swim(8.0, grows=grows * by, noise_px=1.6, seed=seed))
+    (flag,) = (flag for flag in trial.flags if flag.kind == "scale_drifts")
+    ((told, error),) = re.findall(r"by ([0-9.]+) %(?: \(standard error ([0-9.]+) %\))? from", flag.message)
+    expected = 100 * by * 7 / 8  # the first second does not count
+    assert float(told) == pytest.approx(expected, abs=1.2)
+    assert not error or 0.6 < float(error) < float(told) / 2.5
+
+
+@few(10)
+@given(
+    noise_px=st.floats(0.1, 4.0),
+    lasts_s=st.floats(0.02, 0.5),
+    seconds=st.floats(5.0, 20.0),
+    hz=st.floats(0.7, 2.5),
+    seed=st.integers(0, 9999),
+)
+def test_noise_that_lasts_makes_no_swim_unsteady(
+    noise_px: float, lasts_s: float, seconds: float, hz: float, seed: int
+) -> None:
+    time_s, position_px = swim(seconds, hz)
+    noise = lasting_noise((1, *position_px.shape), np.random.default_rng(seed), lasts_s)[0]
+    assert "unsteady" not in kinds(measured(time_s, position_px + noise_px * noise))
+
+
 @few(3)
 @given(
     hz=st.floats(0.45, 0.75) | st.floats(1.25, 1.7),
