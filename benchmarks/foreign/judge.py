@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
 from benchmarks.foreign.recordings import Recording, Recordings
@@ -37,6 +38,9 @@ INSIDE_WORDS = re.compile(
 _FREE_SHARE = 0.01
 _FREE_M_S = 3e-4
 _MAX_OFF_MM = 300.0  # A forecast whose markers are further off is none.
+_FAR_TIMES = 3.0  # A swim this many times slower or faster than the fitted ones may be left out.
+_TAIL_STEP_S = 1 / 60  # time over which elongated body theory as published takes the speed of the tail
+_MOSTLY = 0.5  # share of noise from which it is true that a speed is mostly noise
 _MIN_INSIDE = 0.3  # A forecast whose bands hold a smaller share is none.
 _ORDER = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
 
@@ -213,6 +217,19 @@ def speed_error(session: Recordings, length_s: float, speed: float) -> float:
     return float(np.hypot(slope_px / session.px_per_m, scale * speed))
 
 
+def noise_share(session: Recordings, swim: Recording) -> float:
+    """Return the share of noise in the squared sideways speed of the last marker, over a sixtieth of a second."""
+    true_px = CubicSpline(swim.pool_s, swim.pool_px)(swim.pool_s[0] + swim.time_s)
+    step = max(1, round(_TAIL_STEP_S / float(np.median(np.diff(swim.time_s)))))
+    (nose, neck), squares = session.head, []
+    for place in (true_px, swim.xy):
+        axis = place[:, neck] - place[:, nose]
+        behind = place[:, session.tail[-1]] - place[:, neck]
+        aside = (axis[:, 0] * behind[:, 1] - axis[:, 1] * behind[:, 0]) / np.linalg.norm(axis, axis=1)
+        squares.append(np.nanmean((aside[step:] - aside[:-step]) ** 2))
+    return float(1.0 - squares[0] / squares[1])
+
+
 class _Judgement:
     """Collector of what is wrong, and of what is off but flagged."""
 
@@ -239,12 +256,19 @@ class _Judgement:
 
     def needless(self) -> Iterator[str]:
         """Yield flags about trials that nothing is wrong with, but for those that are true of them."""
-        fitted = [swim.hz for swim in self.session.swims if swim.role == "fit"]
         for swim in (swim for swim in self.session.swims if not swim.touched):
-            outside = not min(fitted) <= swim.hz <= max(fitted) or len(fitted) == 1
             for kind, message in self.results.flags(swim.name):
-                if not (kind == "extrapolated" and outside):
+                if not self._is_true(kind, message, swim):
                     yield f"{swim.name}: {kind}: {message[:120]}"
+
+    def _is_true(self, kind: str, message: str, swim: Recording) -> bool:
+        """Tell whether what a flag says of a swim that nothing was done to is true of it all the same."""
+        fitted = [other.hz for other in self.session.swims if other.role == "fit"]
+        if kind == "extrapolated":
+            return not min(fitted) <= swim.hz <= max(fitted) or len(fitted) == 1
+        if kind == "left_out" and "times beyond the fitted" in message:
+            return not min(fitted) / _FAR_TIMES < swim.hz < max(fitted) * _FAR_TIMES
+        return kind == "ebt_noise" and noise_share(self.session, swim) > _MOSTLY
 
     def _list_fit_flags(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
         """List flags of the fit as a whole and of its trials."""

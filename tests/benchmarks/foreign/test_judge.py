@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from benchmarks.cases import Run, write_lines
 from benchmarks.foreign.disturbances import KINDS, apply
@@ -168,6 +169,23 @@ def test_flags_on_clean_trials_are_counted_but_for_those_that_are_true(tmp_path:
     results["trials"]["swim_b"]["flags"] = [{"kind": "extrapolated", "message": "outside"}]
     assert judged(tmp_path, made, results).flags == ("swim_b: extrapolated: outside",)
     made.trials[1].hz = results["trials"]["swim_b"]["frequency_hz"] = 1.9
+    assert judged(tmp_path, made, results).flags == ()
+
+
+def test_a_flag_of_a_noisy_tail_or_a_swim_far_beyond_the_fitted_is_needless_only_where_it_is_false(
+    tmp_path: Path,
+) -> None:
+    made, results = session(), right(session())
+    swim = made.swims[1]
+    swim.time_s = np.arange(0.0, 3.0, 1 / 60)
+    swim.xy = CubicSpline(swim.pool_s, swim.pool_px)(swim.time_s)
+    results["trials"]["swim_b"]["flags"] = [
+        {"kind": "ebt_noise", "message": "mostly noise"},
+        {"kind": "left_out", "message": "it beats more than 3 times beyond the fitted"},
+    ]
+    assert len(judged(tmp_path, made, results).flags) == 2
+    swim.xy = swim.xy + np.random.default_rng(1).normal(0.0, 20.0, swim.xy.shape)
+    swim.hz = results["trials"]["swim_b"]["frequency_hz"] = 9.0
     assert judged(tmp_path, made, results).flags == ()
 
 
