@@ -146,6 +146,16 @@ class Descent:
         self._converged = False
         self.run(self._round + rounds)
 
+    def settle(self, clearly: float) -> None:
+        """Go on if it has not converged; it has, too, where that gains less than `clearly` in log density.
+
+        The twin is rough, so that steps to and fro between places as likely may stay long.
+        """
+        if not self._converged:
+            before = self.log_density
+            self.run_on(ROUNDS)
+            self._converged |= abs(self.log_density - before) < clearly
+
     def refine(self, finer: int = FINER) -> None:
         """Go on with the error of the time step that so many fine steps in one tell.
 

@@ -75,6 +75,7 @@ def find_mode(
         found[0].run(ROUNDS)
     found[0].refine()
     found[0] = pass_through(follow_boundary(hop(found[0], seed)), seed)
+    found[0].settle(_CLEARLY)
     spent = len(points) + sum(each.simulated for each in found)
     found = [each for each in found if each.alive]
     if not found:

@@ -71,3 +71,13 @@ def test_a_descent_stops_at_the_boundary_unless_it_follows_it_to_the_optimum(
     reached = followed(descent)
     assert margin(reached[None])[0] > 0
     assert misfit(reached) < misfit(optimum) + 0.5
+
+
+@pytest.mark.parametrize(("gain", "converged"), [(0.003, True), (-0.2, True), (3.0, False)])
+def test_a_descent_that_goes_to_and_fro_between_places_as_likely_has_converged(
+    descent: Descent, monkeypatch: pytest.MonkeyPatch, gain: float, converged: bool
+) -> None:
+    descent._converged, descent._round, descent.log_density = False, 0, 5.0
+    monkeypatch.setattr(descent, "run_on", lambda _: setattr(descent, "log_density", 5.0 + gain))
+    descent.settle(0.5)
+    assert descent.done is converged
