@@ -20,7 +20,7 @@ import xarray as xr
 
 from reports.page import environment
 from swimcal.create_session import FISHSIM_MARKERS, new_folder
-from swimcal.errors import Fault, FaultCollector, InputError
+from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean
 from swimcal.results import write_whole
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import SESSION_FILE, Session
@@ -183,10 +183,16 @@ def _trials(
         with faults.nested():
             trial = found.setdefault(name, _Trial(name))
             _look_at(trial, path, fps)
+    read: dict[str, ForeignTracks] = {}
     for name, (_, tracked) in zip(track_names, given, strict=True):
+        found.setdefault(name, _Trial(name))
         with faults.nested():
-            trial = found.setdefault(name, _Trial(name))
-            _read_tracks(trial, tracked, robot, fps, rename)
+            read[name] = _read_tracks(name, tracked, robot)
+    if read and len(read) == len(given):
+        _check_renamed(rename, [*read.values()], faults)
+    for name, foreign in read.items():
+        with faults.nested():
+            _take_tracks(found[name], foreign, robot, fps, rename)
     if not found and not faults:
         faults.add("", "no video and no tracks", expected="at least one of --videos, --tracks")
     faults.raise_if_any()
@@ -221,23 +227,38 @@ def is_dataset(given: object) -> bool:
     return hasattr(given, "data_vars")
 
 
-def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]) -> None:
-    """Take in the tracks of a file or a dataset with the robot's markers in it."""
-    is_data = is_dataset(given)
-    if not is_data and not fps and trial.time_s is not None:
+def _read_tracks(trial: str, given: Any, robot: RobotSpec) -> ForeignTracks:
+    """Read a file or a dataset of tracks, under its own names."""
+    if is_dataset(given):
+        return from_movement(given, f"dataset {trial}")
+    return read_foreign(Path(given), _markers(robot))
+
+
+def _check_renamed(rename: Mapping[str, str], read: Sequence[ForeignTracks], faults: FaultCollector) -> None:
+    """Add a fault for the names to rename that none of the files has: each program has names of its own."""
+    every = dict.fromkeys(name for each in read for name in each.names)
+    if unused := [name for name in rename if name not in every]:
+        theirs = "; ".join(f"{Path(each.file).name} has {', '.join(each.names)}" for each in read)
+        what, step = "no file has this name to rename", did_you_mean(unused[0], every)
+        faults.add("--rename", what, found=", ".join(unused), expected=f"a name of a file: {theirs}", next_step=step)
+
+
+def _take_tracks(
+    trial: _Trial, found: ForeignTracks, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]
+) -> None:
+    """Take in tracks with the robot's markers in them; of the names to rename each file may lack some."""
+    if not fps and trial.time_s is not None:
         fps = _rate(trial.time_s)  # tracks without time take the clock of their own video
-    file = f"tracks {trial.name}" if is_data else str(given)
-    found = from_movement(given, file) if is_data else read_foreign(Path(given), _markers(robot))
-    faults = FaultCollector(file)
+    rename = {theirs: ours for theirs, ours in rename.items() if theirs in found.names}
     markers, others = _markers_in(found, robot, rename)
-    own = found.tracks(markers, fps, faults, rename)
+    own = found.tracks(markers, fps, FaultCollector(found.file), rename)
     trial.tracks, timed = own, found.time_s is not None
     if trial.time_s is None and timed:
         trial.time_s = own.time.values
     if trial.time_s is None and fps is None:
         trial.time_s = own.time.values
-    name = "" if is_data else f"{_in_a_line(Path(given))}: "
-    trial.comments.append(f"{name}tracks, {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
+    frames = f"{own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s"
+    trial.comments.append(f"{_in_a_line(Path(found.file))}: tracks, {frames}")
     if others:
         trial.notes.append(f"left out, as {robot.name} has no such markers: {', '.join(others)}")
     if question := _ask_unit(own, robot):

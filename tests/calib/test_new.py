@@ -260,6 +260,21 @@ def test_markers_are_renamed_and_left_out_ones_are_named(calib: Front, tmp_path:
     assert calib("new", tmp_path / "t", *given, "--rename", "snout").code == 2
 
 
+def test_a_name_is_renamed_in_the_files_that_have_it_and_refused_where_none_has(calib: Front, tmp_path: Path) -> None:
+    """Files of two programs: one calls the nose snout, the other as we do."""
+    lines = gzip.decompress((SAMPLE / "f0_60.csv.gz").read_bytes()).decode()
+    ours, theirs = tmp_path / "f0_60.csv", tmp_path / "f1_00.csv"
+    ours.write_text(lines)
+    theirs.write_text(lines.replace("nose_", "snout_"))
+    given = ("--tracks", ours, theirs)
+    outcome = calib("new", tmp_path / "s", *given, "--rename", "snout=nose")
+    assert not outcome.code, outcome.err
+    assert set(front.track(tmp_path / "s", progress=False)) == {"f0_60", "f1_00"}
+    refused = calib("new", tmp_path / "t", *given, "--rename", "snout=nose,fin=caudal_fin")
+    assert_reports(refused, "no file has this name to rename; found fin;", "f0_60.csv has nose", "f1_00.csv has snout")
+    assert refused.err.count("to rename") == 1
+
+
 def dataset(names: list[str]) -> xr.Dataset:
     """Tracks as the package movement has them in memory."""
     place = np.random.default_rng(0).uniform(100, 400, (60, 2, len(names), 1))
