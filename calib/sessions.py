@@ -174,7 +174,7 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     Example:
         >>> swapped = {"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [2, 8]}
         >>> calib.correct("filmed", "f1_25", swapped)
-        'filmed/trials/f1_25.edits.jsonl: added line 1; 1 edit counts. `calib track` replays them'
+        'filmed/trials/f1_25.edits.jsonl: added line 1; 1 edit counts. `calib track` replays them; ...'
     """
     from calib.results.tracks import correct_track
 

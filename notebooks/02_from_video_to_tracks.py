@@ -101,7 +101,7 @@ plt.show()
 # %%
 first, last = 60, 69
 message = calib.correct(session, "f1_00_video", {"op": "drop", "markers": ["tail_3"], "frames": [first, last]})
-print(message.rpartition("/")[2])
+print(message.rpartition(";")[0].rpartition("/")[2])
 filled = calib.track(session, method="hybrid")["f1_00_video"]
 states = ["missing", "measured", "predicted", "interpolated", "by hand"]
 print("tail_3 in these frames:", states[int(filled.state.sel(keypoint="tail_3")[first])])

@@ -191,13 +191,14 @@ class EditLog:
         faults.raise_if_any()
         return log
 
-    def append(self, text: str) -> EditLog:
+    def append(self, text: str, check: Callable[[Edit], None] | None = None) -> EditLog:
         """Add an edit at the end of the file, and return the log with it.
 
         The file is made when it is not there; all that is there stays.
 
         Args:
             text: the edit in JSON, as a line of the file has it.
+            check: a further check of the edit, which raises an `InputError`.
 
         Raises:
             InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has
@@ -215,6 +216,8 @@ class EditLog:
         faults = FaultCollector(str(self.path))
         log = log._with(before.count(b"\n") + 1, edit, faults)
         faults.raise_if_any()
+        if check is not None:
+            check(edit)
         with writing_whole(self.path) as part:
             part.write_bytes(before + _as_line(edit).encode() + b"\n")
         return log

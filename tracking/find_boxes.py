@@ -3,8 +3,8 @@
 `find_boxes` finds them without a click, or reports why they are not certain. `click_page` renders a page on which a
 person clicks the markers: one file that asks for nothing from the network.
 
-`check_markers` refuses boxes in which nothing stands out. `doubtful_boxes` flags those in which no more stands out than
-on the water elsewhere, or something unlike all other markers.
+`check_markers` and `check_box` refuse boxes in which nothing stands out. `doubtful_boxes` flags those in which no more
+stands out than on the water elsewhere, or something unlike all other markers.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from swimcal.flags import Flag
 from tracking.appearance import (
     FEWEST_ALIKE,
     Appearance,
+    Grey,
     lies_within,
     measure_appearance,
     ring_radii,
@@ -35,6 +36,7 @@ from tracking.boxes import Box, StartBoxes
 from tracking.spots import move_onto_dots, strongest_answer
 from tracking.tracked import INDISTINCT
 from tracking.tracker import MarkerTracker, Sighting
+from tracking.video import Frame
 
 # The search.
 CERTAIN = 0.95
@@ -295,6 +297,20 @@ def check_markers(
     expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
     found = ", ".join(names)
     raise InputError([Fault(video, f"frame {boxes.frame}", "boxes without a marker", found, expected, next_step=step)])
+
+
+def begin_in_box(frame: Frame, box: Box, threads: int) -> tuple[Grey, MarkerTracker, Sighting]:
+    """Begin a tracker in the box of one marker; return the grey that it is tracked in, it, and what it saw first."""
+    centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
+    grey = Grey.chosen(frame, centre, side)
+    beside = grey.brightness_beside(frame)
+    return grey, *MarkerTracker.begin(grey.of(frame), centre, side, threads=threads, brightness=beside)
+
+
+def check_box(video: str, frame: Frame, box: Box, marker: str) -> None:
+    """Check as `check_markers` that a box set in a later frame holds its marker."""
+    grey, tracker, first = begin_in_box(frame, box, threads=1)
+    check_markers(video, grey.of(frame), StartBoxes(frame.number, {marker: box}), (marker,), tracker, first)
 
 
 def _off_the_rim(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:

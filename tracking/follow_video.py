@@ -29,7 +29,7 @@ from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
-from tracking.find_boxes import check_markers, without_marker
+from tracking.find_boxes import begin_in_box, check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting
@@ -352,12 +352,8 @@ def retracker(video: Video) -> Retracker:
 def _tracked_on(
     video: Video, position_px: np.ndarray, marker: int, wanted: SetBox
 ) -> tuple[np.ndarray, tuple[Flag, ...]]:
-    box, after = Box(*wanted.box), wanted.frame + 1
-    centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
-    start = video.frame(wanted.frame)
-    grey = Grey.chosen(start, centre, side)
-    beside = grey.brightness_beside(start)
-    tracker, first = MarkerTracker.begin(grey.of(start), centre, side, threads=video.threads, brightness=beside)
+    after = wanted.frame + 1
+    grey, tracker, first = begin_in_box(video.frame(wanted.frame), Box(*wanted.box), video.threads)
     stop = len(position_px) if wanted.until is None else wanted.until + 1
     samples = np.full(stop - after, NO_SAMPLE)
     if without_marker(tracker, first)[0]:

@@ -7,9 +7,12 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +33,10 @@ from swimcal.robot import RobotSpec
 from swimcal.session import Session, TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
-from tracking.boxes import StartBoxes
+from tracking.boxes import Box, StartBoxes
 from tracking.camera import lens_flags, to_pool
-from tracking.edits import EditLog
+from tracking.edits import Edit, EditLog, SetBox
+from tracking.find_boxes import check_box
 from tracking.formats import FORMATS, export_tracks, to_movement
 from tracking.tracked import SampleState, mask_untrusted, seen_in
 from tracking.video import Video
@@ -310,18 +314,36 @@ def print_filmed(
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
-    """Add a correction, a mapping or JSON, to the edit log of a trial; return a sentence with how many count.
+    """Add a correction, a mapping or JSON, to the edit log of a trial.
 
     Args:
         session: the session folder.
         trial: name of the trial.
         correction: the correction, a mapping or JSON.
+
+    Returns:
+        A sentence with how many count, and how to take this one back.
     """
     text = correction if isinstance(correction, str) else json.dumps(correction)
     with working(session, True, needs_commands=False) as pipeline:
-        log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
+        opened = pipeline.session
+        with _edited_video(opened, opened.trial(trial)) as (video, log):
+            log = log.append(text, partial(_check_edit, video))
     edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
-    return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"
+    line = log.edits[-1].line
+    undo = f"""calib edit {opened.in_shell} {shlex.quote(trial)} '{{"op": "undo", "line": {line}}}'"""
+    return f"{log.path}: added line {line}; {edits}. `calib track` replays them; `{undo}` takes this back"
+
+
+def _check_edit(video: Video, edit: Edit) -> None:
+    """Raise an `InputError` where a marker is to be tracked on from a box that holds none."""
+    if isinstance(edit, SetBox) and edit.until != edit.frame:
+        frame = video.frame(edit.frame)
+        try:
+            check_box(str(video.info.file), frame, Box(*edit.box), edit.marker)
+        except InputError as problem:
+            step = "Look up where its dot is in that frame: `calib view SESSION --open`. The box holds the whole dot."
+            raise InputError([replace(fault, next_step=step) for fault in problem.faults]) from problem
 
 
 def is_filmed(spec: TrialSpec) -> bool:
@@ -338,15 +360,16 @@ def filmed_trials(session: Session) -> list[TrialSpec]:
     return filmed
 
 
-def _log(session: Session, spec: TrialSpec) -> EditLog:
-    """Load the edit log of a trial; an `InputError` where it is not tracked from a video."""
+@contextmanager
+def _edited_video(session: Session, spec: TrialSpec) -> Iterator[tuple[Video, EditLog]]:
+    """Give the video of a trial and its edit log; an `InputError` where it is not tracked from a video."""
     if spec.video is None or spec.edits is None or spec.tracks is not None:
         what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
         choices = tuple(each.name for each in session.trials if is_filmed(each))
         file, expected = str(session.folder / "session.toml"), "a trial whose video is tracked here"
         raise InputError([Fault(file, f"trial {spec.name}", what, "", expected, choices)])
     with Video(spec.video) as video:
-        return EditLog.load(spec.edits, session.markers, video.info.frames)
+        yield video, EditLog.load(spec.edits, session.markers, video.info.frames)
 
 
 def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:

@@ -1,6 +1,7 @@
 """`calib edit`: a person's corrections are logged, replayed by `calib track`, and can be taken back."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,8 @@ def test_a_swap_is_replayed_and_the_raw_tracks_stay(calib: Front, tracked: Path)
     log = tracked / "trials" / "slow.edits.jsonl"
     assert (outcome.code, outcome.err) == (0, "")
     assert f"{log}: added line 1; 1 edit counts" in outcome.out
+    back = f"""calib edit {tracked} slow '{{"op": "undo", "line": 1}}'"""
+    assert f"`{back}` takes this back" in outcome.out
     assert calib("track", tracked).code == 0
     after = pixels_of(tracks_of(tracked, "slow"))
     expected = before.copy()
@@ -88,9 +91,11 @@ def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, fitted: Path) 
     assert "trials/slow.edits.jsonl" in after["inputs"]
 
 
+WATER = '{"op": "box", "marker": "tail_3", "frame": 15, "box": [2, 2, 11, 11], "until": 40}'
 CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "not JSON": (("slow", "{op: swap}"), ("the edit", "not JSON", '{"op": "drop"')),
     "frame beyond": (("slow", SWAP.replace("30", "85")), ("no such frame", "85", "0 to 84")),
+    "box on water": (("slow", WATER), ("frame 15: boxes without a marker", "found tail_3", "calib view")),
     "unknown trial": (("slwo", SWAP), ("no such trial", "'slwo'", "slow, fast")),
     "no video": (("fast", SWAP), ("trial fast: it has no video", "choices: slow")),
 }
@@ -103,6 +108,16 @@ def test_an_edit_that_does_not_fit_is_refused_and_nothing_written(calib: Front, 
 
     assert_reports(calib("edit", tracked, *arguments), *parts)
     assert not list((tracked / "trials").glob("*.jsonl"))
+
+
+def test_a_marker_that_no_picture_shows_is_placed_by_hand_in_a_single_frame(calib: Front, tracked: Path) -> None:
+    assert calib("edit", tracked, "slow", WATER.replace("40", "15")).code == 0
+
+
+def test_an_edit_is_taken_back_by_the_command_that_its_outcome_names(calib: Front, tracked: Path) -> None:
+    outcome = calib("edit", tracked, "slow", SWAP)
+    _, *command = shlex.split(outcome.out.split("`")[-2])
+    assert "added line 2; 0 edits count" in calib(*command).out
 
 
 def test_a_trial_with_both_tracks_and_video_is_not_edited(calib: Front, tracked: Path) -> None:
