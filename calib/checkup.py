@@ -174,7 +174,8 @@ def _films(session: Session) -> Iterator[Check]:
         )
         tracked = (session.results / "tracks" / f"{trial.name}.csv").is_file()
         step = "" if tracked else f"Its markers are not tracked: `calib track {session.in_shell}` shows them."
-        yield Check(f"film {trial.name}", "ok" if tracked else "advice", found, step)
+        found += f"; {info.damage}" if info.damage else ""
+        yield Check(f"film {trial.name}", "ok" if tracked and not info.damage else "advice", found, step)
 
 
 _IN_WORDS = {"swim": "swim", "dry": "dry run", "free_decay": "free decay"}

@@ -33,6 +33,9 @@ STEPS_BACK = (1, 2, 4, 8)
 EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
 MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 """Names of boxes an MP4 or MOV file begins with (ISO/IEC 14496-12, table 1)."""
+OTHER_BEGINNINGS = (b"RIFF", b"\x1aE\xdf\xa3")
+"""First bytes of AVI and of Matroska or WebM."""
+COPY_AGAIN = "Copy it again from the camera's card."
 REPAIR = (
     "If the recording was cut short, put the card back into the camera, which may repair it (GoPro: SOS), or copy the "
     "file again; a repair tool with an intact video of the same camera can rebuild the index."
@@ -327,7 +330,7 @@ def _check_file(file: Path) -> None:
     if file.is_dir():
         raise fault(file, "not a file", "a folder", EXPECTED)
     if file.stat().st_size == 0:
-        raise fault(file, "empty file", "0 bytes", EXPECTED, "Copy it again from the camera's card.")
+        raise fault(file, "empty file", "0 bytes", EXPECTED, COPY_AGAIN)
 
 
 def _unreadable(file: Path, error: Exception) -> InputError:
@@ -342,6 +345,8 @@ def _unreadable(file: Path, error: Exception) -> InputError:
         what = "the index of this MP4 or MOV file (its moov atom) is missing or damaged"
         return fault(file, what, f"{size} without a readable index", "a file the camera has closed", REPAIR)
     reason = getattr(error, "strerror", None) or str(error)
+    if head.startswith(OTHER_BEGINNINGS):
+        return fault(file, "the video is cut short or damaged", f"{size} ({reason})", EXPECTED, COPY_AGAIN)
     return fault(file, "not a readable video", f"{size} of something else ({reason})", EXPECTED)
 
 

@@ -31,6 +31,7 @@ AT_THE_END, BEFORE_THE_END = 4, 12
 """Where none but the last so many frames of a file are lost it was cut short, and so many more may be harmed."""
 SHORT_WITH_SOUND_S = 1.0
 """The first in seconds where sound or other streams may be longer than the picture."""
+AGAIN = "copy it again from the card"
 
 # `Repeats`: pictures that repeat the one before.
 REPEATS = 0.05
@@ -109,15 +110,16 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
     counts_ticks = formats == AVI and frame_s * float(stream.average_rate or 0) > TICKS  # a tick may have no frame
     declared = {AVI: stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
     if declared > index.total_packets and not counts_ticks:
-        return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
+        return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s: {AGAIN}"
     if (formats == MATROSKA or counts_ticks) and container.duration and found > 1:
         allowed = SHORT_BY_FRAMES * frame_s if len(container.streams) == 1 else SHORT_WITH_SOUND_S
         declared_s = (container.duration - max(container.start_time or 0, 0)) / av.time_base  # it tells when it ends
         if declared_s - last_s > allowed:
             expected = found + round((declared_s - last_s) / frame_s) - 1
-            return f"the file ends after {found} of about {expected} frames, at {last_s:.3f} s of {declared_s:.3f} s"
+            ends = f"the file ends after {found} of about {expected} frames, at {last_s:.3f} s of {declared_s:.3f} s"
+            return f"{ends}: {AGAIN}"
     if index.broke_off:
-        return f"the file cannot be read beyond frame {found - 1}, at {last_s:.3f} s"
+        return f"the file cannot be read beyond frame {found - 1}, at {last_s:.3f} s: {AGAIN}"
     return None
 
 

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 
 from swimcal.errors import Fault, InputError
-from tracking.decoding import Decoder, NumberedPicture, TimeSource, fault, index_frames, read_packets
+from tracking.decoding import COPY_AGAIN, Decoder, NumberedPicture, TimeSource, fault, index_frames, read_packets
 from tracking.harmed_frames import lost_frames, missing_at_the_end, suspect_frames
 
 # Frames.
@@ -375,9 +375,7 @@ class Video:
         picture = read.picture
         if picture is None:
             found = f"{len(read.packets)} packets of {stream.codec_context.name}, none of them readable"
-            raise fault(
-                self._file, "no frame of this video can be decoded", found, "at least one", "Copy the file again."
-            )
+            raise fault(self._file, "no frame of this video can be decoded", found, "at least one", COPY_AGAIN)
         self._index = index = index_frames(read, container, stream, self._fps)
         self._stored_size_px = stored = picture.width, picture.height
         turns = round(picture.rotation / 90) % 4

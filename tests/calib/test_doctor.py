@@ -10,6 +10,7 @@ from swimcal.tracks import load_tracks, save_tracks
 from tests.calib.door import PLAN, Front, edit
 from tests.calib.test_left_out import change_tracks, lose_the_tail
 from tests.reports.recording.trials import write_video
+from tests.tracking.video.clips import Clip
 
 
 def test_an_installation_that_works_has_no_fault(calib: Front) -> None:
@@ -41,12 +42,24 @@ def test_each_swim_is_measured_and_nothing_is_written(fresh: Path) -> None:
     assert not (fresh / "results").exists()
 
 
+def add_film(session: Path, file: str) -> None:
+    toml = session / "session.toml"
+    trial = f'[[trial]]\nname = "film"\nkind = "swim"\nvideo = "{file}"\ncommanded_hz = 1.0\n'
+    toml.write_text(f"{toml.read_text()}\n{trial}")
+
+
+def test_a_film_that_is_cut_short_is_to_be_copied_again(fresh: Path) -> None:
+    film = Clip(".avi", "mjpeg", pixels="yuvj420p").write(fresh)
+    film.write_bytes(film.read_bytes()[:20_000])
+    add_film(fresh, film.name)
+    found = front.doctor(fresh).loc["film film"]
+    assert found.state == "advice"
+    assert "; the file ends after 11 of 40 frames, at 0.333 s: copy it again from the card" in found.found
+
+
 def test_a_film_without_tracks_is_opened(fresh: Path) -> None:
     write_video(fresh / "film.mp4")
-    toml = fresh / "session.toml"
-    toml.write_text(
-        f'{toml.read_text()}\n[[trial]]\nname = "film"\nkind = "swim"\nvideo = "film.mp4"\ncommanded_hz = 1.0\n'
-    )
+    add_film(fresh, "film.mp4")
     found = front.doctor(fresh).loc["film film"]
     assert (found.state, "calib track" in found.step) == ("advice", True)
     assert "px, h264" in found.found

@@ -80,6 +80,7 @@ def test_a_file_cut_short_says_where_it_ends_and_what_was_expected(
 ) -> None:
     with Video(cut(whole[name], 0.6, tmp_path)) as video:
         assert re.search(rf"the file ends after \d\d of {expected} frames, at 2\.\d+ s", str(video.damage))
+        assert str(video.damage).endswith(": copy it again from the card")
         assert video.damage == video.info.damage == video.info.caveats[0]
 
 
@@ -146,6 +147,13 @@ def test_an_mp4_without_its_index_says_what_to_do(clip: Callable[[str], Path], t
     assert message.startswith(f"{short}: the index of this MP4 or MOV file (its moov atom) is missing or damaged")
     assert re.search(r"found [0-9.]+ kB without a readable index", message)
     assert "put the card back into the camera" in message
+
+
+@pytest.mark.parametrize("bytes_left", [200, 6000])
+def test_an_avi_without_pictures_says_what_to_do(bytes_left: int, whole: dict[str, Path], tmp_path: Path) -> None:
+    (tmp_path / "short.avi").write_bytes(whole["avi"].read_bytes()[:bytes_left])
+    with pytest.raises(InputError, match="Copy it again from the camera's card"):
+        Video(tmp_path / "short.avi")
 
 
 def test_what_is_no_video_is_refused_by_name(tmp_path: Path) -> None:
