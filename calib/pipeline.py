@@ -174,11 +174,26 @@ class Pipeline:
         what, found, expected, aside = "there is no fit", "", "", ""
         if self.fits.file.is_file():
             what, expected, aside = "the fit is out of date", "the fit of these recordings", "; it is kept aside"
-            found = "one of other recordings or of another program, edited by hand, or not whole"
+            found = self.outdated_fit
         if (cut := self.fits.incomplete) is not None:
             what, found = "the fit is incomplete", f"{cut.name}, whose end is missing or damaged"
         step = f"Run `calib fit {self.session.in_shell}`{aside}."
         raise InputError([Fault(str(self.fits.file), "", what, found, expected, next_step=step)])
+
+    @property
+    def outdated_fit(self) -> str:
+        """What the existing fit is where it is not current: one from before some files changed, or of another kind."""
+        before: Mapping[str, str] = {}
+        with suppress(SwimcalError):
+            before = read_provenance(self.fits.file).inputs
+        now = self.job.provenance.inputs
+        changed = [name for name in {**before, **now} if before.get(name) != now.get(name)] if before else []
+        if not changed:
+            return "one of another program, edited by hand, or not whole"
+        edits = {spec.edits.resolve(): spec.name for spec in self.session.trials if spec.edits is not None}
+        edited = {name: edits.get((self.session.folder / name).resolve()) for name in changed}
+        told = [f"{name} (tracks of {trial}, edited by hand)" if trial else name for name, trial in edited.items()]
+        return f"one from before a change of {', '.join(told)}"
 
     def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
         """Find the posterior of the current fit, whatever its effort; None where there is none."""

@@ -52,7 +52,10 @@ def make_recording(pipeline: Pipeline) -> Path:
     fit = None if untracked else pipeline.current_fit
     calibration = None if fit is None else fit.read()
     if calibration is None and not untracked and pipeline.fits.file.is_file():
-        pipeline.notes.append(f"{pipeline.fits.file} is out of date, not shown; run `calib fit {session.in_shell}`.")
+        pipeline.notes.append(
+            f"{pipeline.fits.file} is out of date, not shown: it is {pipeline.outdated_fit}; "
+            f"run `calib fit {session.in_shell}`."
+        )
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     stage = pipeline.current_diagnosis()
     forces = None if stage is None else stage.read().missing_forces

@@ -120,6 +120,12 @@ def test_an_edit_is_taken_back_by_the_command_that_its_outcome_names(calib: Fron
     assert "added line 2; 0 edits count" in calib(*command).out
 
 
+def test_a_fit_from_before_an_edit_names_the_edited_trial(calib: Front, fitted: Path) -> None:
+    calib("edit", fitted, "slow", DROP)
+    change = "from before a change of trials/slow.edits.jsonl (tracks of slow, edited by hand); expected"
+    assert_reports(calib("report", fitted), "the fit is out of date", change)
+
+
 def test_a_trial_with_both_tracks_and_video_is_not_edited(calib: Front, tracked: Path) -> None:
     edit(tracked / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
 
