@@ -241,11 +241,12 @@ class FitResult(Result):
     def details(self) -> list[str]:
         """List the trials, then structure, coefficients, means, and every flag once, a line each."""
         found = self.data
-        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed mm/s':>10} {'twin':>8} {'EBT':>8}"]
+        wide = max(12, *map(len, found.trials))
+        lines = [f"{'trial':{wide}} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed mm/s':>10} {'twin':>8} {'EBT':>8}"]
         for name, trial in found.trials.items():
             errors = f"{shown(trial.frequency_hz, 3):>6} {shown(trial.marker_error_mm, 1):>10}"
             speeds = f"{in_mm(trial.speed_measured):>10} {in_mm(trial.speed_twin):>8} {in_mm(trial.speed_ebt):>8}"
-            lines.append(f"{name:12} {trial.role:8} {errors} {speeds}")
+            lines.append(f"{name:{wide}} {trial.role:8} {errors} {speeds}")
         lines += [source.sentence for source in found.structure.values()]
         coefficients = found.coefficients._asdict().items()
         lines.append("coefficients " + ", ".join(f"{name} {value:.3g}" for name, value in coefficients))

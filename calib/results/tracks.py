@@ -301,11 +301,12 @@ def print_filmed(
         print(json.dumps(plain_json(report), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
-    print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
+    wide = max(12, *map(len, tracks))
+    print(f"{'trial':{wide}} {'frames':>7} {shares} {'confidence':>11}  flags")
     for name, own in tracks.items():
         flags = ", ".join(f"{count} {kind}" for kind, count in Counter(flag.kind for flag in own.flags).items())
         row = "{frames:7d} {seen:7.2%} {counts:7.2%} {filled:7.2%} {missing:8.2%} {confidence:11.2f}"
-        print(f"{name:12} {row.format(**shares_of(own))}  {flags or 'none'}")
+        print(f"{name:{wide}} {row.format(**shares_of(own))}  {flags or 'none'}")
     told = [(name, flag) for name, own in tracks.items() for flag in own.flags if verbose or flag.frames is None]
     told += [("", flag) for flag in (*left_out, *filmed.flags)]
     print("".join(f"{line}\n" for line in flag_lines((name, flag) for name, flag in told if flag.message)), end="")

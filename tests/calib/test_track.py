@@ -12,6 +12,7 @@ import pytest
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from calib.results.tracks import FilmedTracks, print_filmed
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import Fault, InputError
 from swimcal.session_file import load_camera
@@ -49,6 +50,14 @@ def test_the_markers_are_found_where_they_are(calib: Front, filmed: Path) -> Non
         assert re.search(rf"^{name} +{FRAMES[name]} +100.00% +100.00% +0.00% +0.00%", outcome.out, re.MULTILINE)
         assert farthest_px(filmed, name) < 0.5
         assert (filmed / "results" / "tracking" / f"{name}.boxes.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_columns_are_as_wide_as_the_longest_name(tracked: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    session = open_session(tracked)
+    own = Pipeline(session).recordings.videos.tracks(session.trial("slow"))
+    print_filmed({"slow_against_the_current": own, "fast": own}, FilmedTracks(tracked), (), as_json=False)
+    head, *rows = capsys.readouterr().out.splitlines()[:3]
+    assert {line.index(word) for line, word in zip((head, *rows), ("frames", "    85", "    85"), strict=True)} == {26}
 
 
 @pytest.mark.long

@@ -1,10 +1,12 @@
 """Commands use what stands: showing computes nothing, what computes replaces its own results alone; damaged ones."""
 
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+import calib as front
 from swimcal.errors import InputError
 from swimgym import load_fish
 from tests.calib.door import Front, assert_reports, edit
@@ -115,8 +117,15 @@ def test_a_fit_that_is_out_of_date_is_named_and_left_alone(calib: Front, whole: 
     edit(whole / "session.toml", "[fit]", "[fit]\nseed = 7")
     before = results(whole)
     for command in (("report", whole), ("mjcf", whole, "--out", tmp_path / "fish.xml")):
-        assert_reports(calib(*command), "out of date", f"calib fit {whole}")
+        assert_reports(calib(*command), "out of date", "a change of session.toml;", f"calib fit {whole}")
     assert results(whole) == before
+
+
+def test_columns_of_trials_are_as_wide_as_the_longest_name(whole: Path) -> None:
+    found = front.fit(whole, progress=False)
+    trials = dict(zip(("slow_against_the_current", "fast"), found.trials.values(), strict=True))
+    head, *rows = replace(found, data=replace(found.data, trials=trials)).details()[:3]
+    assert {line.index(word) for line, word in zip((head, *rows), ("role", "fit", "holdout"), strict=True)} == {25}
 
 
 def cut(path: Path, share: float) -> None:
