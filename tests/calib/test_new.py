@@ -275,6 +275,16 @@ def test_a_name_is_renamed_in_the_files_that_have_it_and_refused_where_none_has(
     assert refused.err.count("to rename") == 1
 
 
+@pytest.mark.parametrize(("second", "told"), [("f1_00", 1), ("f0_60_again", 0)])
+def test_of_two_swims_the_one_held_out_is_said_to_be_beyond_the_other(
+    calib: Front, tmp_path: Path, second: str, told: int
+) -> None:
+    for name in ("f0_60", second):
+        (tmp_path / f"{name}.csv").write_bytes(gzip.decompress((SAMPLE / "f0_60.csv.gz").read_bytes()))
+    outcome = calib("new", tmp_path / "s", "--tracks", tmp_path / "f0_60.csv", tmp_path / f"{second}.csv")
+    assert outcome.out.count(f"note: {second} is outside the range of the one fitted swim: film a third one") == told
+
+
 def dataset(names: list[str]) -> xr.Dataset:
     """Tracks as the package movement has them in memory."""
     place = np.random.default_rng(0).uniform(100, 400, (60, 2, len(names), 1))
