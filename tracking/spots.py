@@ -21,6 +21,9 @@ _MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
 _FLOOR = 0.1  # share of the known contrast below which light does not count
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
 _PARTS = (0.25, 0.7)  # quantiles of the ring's light that are the level of body or water, and that of the other
+_WIDE_PX = 14.0  # wider markers show that they are lit unevenly
+_FULL_LIGHT = 90  # percentile of the light in the middle of a wide marker that is its contrast, as at the start
+_STEEP = 3.0  # how fast a pixel of a wide marker comes to count, from a third of its light to two thirds
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SECOND = 0.25  # share of the known contrast from which what is around a marker has a second level
 _SECOND_AT_FIRST = 0.4  # the same while its motion is not known: a streak has light on two sides
@@ -282,14 +285,19 @@ def _centres_of(
     background, other = (level[:, None, None] for level in _levels(bright, ring))
     light = (bright - background) * mine
     _fill_holes(light, known, distance < _INNER * radius)
-    peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    core, wide = distance < 0.6 * radius + 1, look.diameter_px > _WIDE_PX
+    peak = (light * core).max(axis=(1, 2))
+    for marker in np.flatnonzero(wide).tolist():
+        peak[marker] = max(float(np.percentile(light[marker][core[marker]], _FULL_LIGHT)), 1.0)
     lit = light / np.maximum(peak, 1.0)[:, None, None]
     two = (other - background > second * known)[:, 0, 0]
     if streaks is None and two.any():
         behind = _light_behind(light[two], ring[two], x[two], y[two], known[two])
         lit[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
         light[two] = known[two] * (light[two] - behind) / (known[two] - behind)
-    counted = np.clip(light - _FLOOR * known, 0, (1 - _FLOOR) * known)
+    steep = np.where(wide, _STEEP, 1.0).astype(np.float32)[:, None, None]
+    floor, full = (np.where(steep > 1, 0.5 + off / steep, level) for off, level in ((-0.5, _FLOOR), (0.5, 1.0)))
+    counted = np.clip(light, floor * known, full * known) - floor * known
     rim = radius + (_MARGIN_PX + 0.5)
     cut = (~mine & (distance < rim)).any(axis=(1, 2))
     for _ in range(_ROUNDS[streaks is not None]):
@@ -302,7 +310,7 @@ def _centres_of(
         offset = offset + shift
         x, y, distance = _from(offset, away, streaks)
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
-    share = np.clip(lit, 0, 1) * (distance < _REACH * radius + _RING[0])
+    share = np.clip(0.5 + steep * (lit - 0.5), 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
 
 

@@ -47,6 +47,7 @@ class Clip:
     bubbles: int = 0  # number of white ones that rise past the dots
     hidden: range = range(0)  # frames in which the wall covers the last two dots
     line: float = 0.0  # share of its diameter that the line of a ring is wide; a disc without one
+    vivid: float = 0.0  # share of the last frame's diameter that a patch of a purer colour reaches, on the left
 
     def places(self, frame: int) -> np.ndarray:
         """(5, 2) px."""
@@ -71,6 +72,10 @@ class Clip:
         for place, colour in zip(at, self.dots, strict=True):
             line = round(fine * self.line * diameter)
             cv2.circle(picture, pixel(place), round((fine * diameter - line) / 2), colour, line or -1)
+            if self.vivid:
+                patch = pixel(place - [0.25 * diameter, 0.0])
+                purer = [min(255, level + 50) if level > 110 else max(0, level - 60) for level in colour]
+                cv2.circle(picture, patch, round(fine * self.vivid * diameter * min(number, 60) / 120), purer, -1)
             if self.highlight:
                 shine = place - 0.2 * diameter
                 cv2.circle(picture, pixel(shine), round(fine * self.highlight * diameter / 2), (245, 240, 245), -1)
@@ -114,6 +119,16 @@ def test_a_highlight_does_not_draw_a_ball_aside(tmp_path: Path) -> None:
     ball = Clip(dots=((150, 60, 200),) * 5, body=STRIP, diameter_px=lambda _: 36.0, highlight=0.25)
 
     assert np.sqrt((ball.off(tmp_path) ** 2).mean()) < 0.9  # 1.5 with the hole
+
+
+@pytest.mark.parametrize("diameter_px", [44.0, *later(18.0, 28.0)])
+def test_a_patch_of_purer_colour_that_grows_on_a_ball_does_not_draw_it_aside(
+    diameter_px: float, tmp_path: Path
+) -> None:
+    """As on a ball that is half in the shade; an ever smaller disc about the patch was once taken for it."""
+    ball = Clip(dots=((150, 70, 190),) * 5, body=STRIP, diameter_px=lambda _: diameter_px, vivid=0.35, speed_px=0.2)
+
+    assert ball.off(tmp_path, frames=70).max() < 1.0
 
 
 @pytest.mark.parametrize("line", [0.15, *later(0.25)])
