@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import calib as front
-from calib.new import trial_names, without_copies
 from calib.pipeline import open_session
+from calib.trial_names import trial_names, without_copies
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
 from swimcal.session import load_session
