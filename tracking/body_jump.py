@@ -39,7 +39,9 @@ GOES_ON_AS = 0.7
 ORDERLY = 0.05
 """Share of the squares off a smooth course that exchanged frames leave in their right order, …"""
 OUT_OF_ORDER, OUT_OF_ORDER_PX = 4.0, 1.0
-"""… where there are so many times as many as usual in the trial, and some marker moves so far between the two."""
+"""… where there are so many times as many as in frames in order, and some marker moves so far between the two."""
+IN_ORDER = 0.1
+"""Quantile of these squares that frames in order have, however many are not: two of them disturb nine windows."""
 ORDER_AROUND, ORDER_DEGREE = 3, 3
 """Frames before and after the two, and the degree of the course through all eight."""
 LONG_STEP = 2.5
@@ -348,11 +350,24 @@ def halted_rows(position_px: np.ndarray) -> np.ndarray:
 
 
 def exchanged_frames(position_px: np.ndarray) -> np.ndarray:
-    """Return (n,) frames that are shown in exchanged order, two and two, by their markers (n, m, 2)."""
+    """Return (n,) frames that are shown in exchanged order, two and two, by their markers (n, m, 2).
+
+    Those that are found are put right, as they hide others beside them.
+    """
+    places_px, found = position_px.copy(), np.zeros(len(position_px), bool)
+    going = len(position_px) > 2 * ORDER_AROUND + 2
+    while going:
+        going = False
+        for first in _out_of_order(places_px).tolist():
+            if not found[first : first + 2].any():
+                places_px[[first, first + 1]] = places_px[[first + 1, first]]
+                found[first : first + 2] = going = True
+    return found
+
+
+def _out_of_order(position_px: np.ndarray) -> np.ndarray:
+    """Return the first of each two frames of (n, m, 2) whose exchange makes the course through them smooth."""
     width = 2 * ORDER_AROUND + 2
-    found = np.zeros(len(position_px), bool)
-    if len(position_px) <= width:
-        return found
     course, _ = np.linalg.qr(np.vander(np.arange(width) - (width - 1) / 2, ORDER_DEGREE + 1))
     order = np.arange(width)
     order[[ORDER_AROUND, ORDER_AROUND + 1]] = ORDER_AROUND + 1, ORDER_AROUND
@@ -366,10 +381,8 @@ def exchanged_frames(position_px: np.ndarray) -> np.ndarray:
     off, off_exchanged = as_shown.sum(axis=1), exchanged.sum(axis=1)
     apart_px = np.abs(places[..., ORDER_AROUND + 1] - places[..., ORDER_AROUND]).max(axis=1)
     wrong = (off_exchanged < ORDERLY * off) & (apart_px > OUT_OF_ORDER_PX) & (known.sum(axis=1) >= 2 * FEWEST_MARKERS)
-    wrong &= off / count > OUT_OF_ORDER * np.median(off / count)
-    for first in np.flatnonzero(wrong) + ORDER_AROUND:
-        found[first : first + 2] = True
-    return found
+    wrong &= off / count > OUT_OF_ORDER * np.quantile(off / count, IN_ORDER)
+    return np.flatnonzero(wrong) + ORDER_AROUND
 
 
 def exchange_of_frames_flags(exchanged: np.ndarray) -> list[Flag]:
