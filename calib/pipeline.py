@@ -182,7 +182,7 @@ class Pipeline:
 
     @property
     def outdated_fit(self) -> str:
-        """What the existing fit is where it is not current: one from before some files changed, or of another kind."""
+        """Describe a fit that is not current: from before some files changed, of another program, or damaged."""
         before: Mapping[str, str] = {}
         with suppress(SwimcalError):
             before = read_provenance(self.fits.file).inputs

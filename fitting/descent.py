@@ -147,9 +147,9 @@ class Descent:
         self.run(self._round + rounds)
 
     def settle(self, clearly: float) -> None:
-        """Go on if it has not converged; it has, too, where that gains less than `clearly` in log density.
+        """Go on where it has not converged, and take a gain below `clearly` in log density for convergence.
 
-        The twin is rough, so that steps to and fro between places as likely may stay long.
+        The twin is rough: steps to and fro between places that are about as likely may stay long.
         """
         if not self._converged:
             before = self.log_density

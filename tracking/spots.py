@@ -296,7 +296,7 @@ def _centres_of(
         lit[two] = (light[two] - behind) / np.maximum(peak[two, None, None] - behind, 1.0)
         light[two] = known[two] * (light[two] - behind) / (known[two] - behind)
     steep = np.where(wide, _STEEP, 1.0).astype(np.float32)[:, None, None]
-    floor, full = (np.where(steep > 1, 0.5 + off / steep, level) for off, level in ((-0.5, _FLOOR), (0.5, 1.0)))
+    floor, full = np.maximum(0.5 - 0.5 / steep, _FLOOR), 0.5 + 0.5 / steep  # shares of the known contrast
     counted = np.clip(light, floor * known, full * known) - floor * known
     rim = radius + (_MARGIN_PX + 0.5)
     cut = (~mine & (distance < rim)).any(axis=(1, 2))

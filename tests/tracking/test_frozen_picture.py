@@ -66,6 +66,13 @@ def test_a_frozen_picture_that_is_coded_or_tracked_anew_is_one() -> None:
     assert not frozen_picture(moving() + np.random.default_rng(0).normal(0.0, 0.05, position.shape)).any()
 
 
+def beating(hz: float, fps: float, random: np.random.Generator) -> np.ndarray:
+    """(100, 5, 2) px of a body that swims along and beats from a phase drawn at random."""
+    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
+    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
+    return np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+
+
 @given(
     hz=st.floats(0.5, 2.5),
     fps=st.floats(40.0, 120.0),
@@ -77,9 +84,7 @@ def test_frames_in_exchanged_order_are_found_and_a_beat_is_not(
     hz: float, fps: float, at: int, noise_px: float, seed: int
 ) -> None:
     random = np.random.default_rng(seed)
-    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
-    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
-    true = np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+    true = beating(hz, fps, random)
     true += random.normal(0.0, noise_px, true.shape)
     exchanged = true.copy()
     exchanged[[at, at + 1]] = true[[at + 1, at]]
@@ -95,9 +100,7 @@ def test_one_frame_in_six_in_exchanged_order_hides_no_other(hz: float, fps: floa
     random = np.random.default_rng(seed)
     first = np.cumsum(random.integers(5, 17, 20))
     first = first[first < 96]
-    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
-    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
-    true = np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+    true = beating(hz, fps, random)
     true += random.normal(0.0, 0.02, true.shape)
     shown = true.copy()
     for frame in first:
@@ -119,9 +122,7 @@ def test_copies_that_are_coded_anew_halt_a_motion_and_a_beat_does_not(
     hz: float, fps: float, rounded: bool, copies: int, seed: int
 ) -> None:
     random = np.random.default_rng(seed)
-    beat = 2 * np.pi * hz * np.arange(100) / fps + random.uniform(0, 6)
-    swing = np.sin(beat[:, None] - 0.5 * np.arange(5)) * [3, 2, 10, 25, 40]
-    true = np.stack([np.arange(5) * 50 - 100 * np.arange(100)[:, None] / fps, swing], axis=-1)
+    true = beating(hz, fps, random)
     fast = np.linalg.norm(np.diff(true, axis=0), axis=2).max(axis=1)
     middle = 10 + int(np.argmax(fast[10:90]))  # of a stroke
     film = np.concatenate(
