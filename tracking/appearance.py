@@ -83,11 +83,7 @@ class Grey:
 
     def of(self, frame: Frame) -> np.ndarray:
         """Return the grey levels (h, w), uint8, of a frame."""
-        grey = self._of_yuv(frame.yuv()) if self.by_colour else frame.luma
-        if not self.hole_px:
-            return grey
-        way, disc = (cv2.MORPH_CLOSE if self.hole_px > 0 else cv2.MORPH_OPEN), round(abs(self.hole_px)) | 1
-        return cv2.morphologyEx(grey, way, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (disc, disc)))
+        return _filled(self._of_yuv(frame.yuv()) if self.by_colour else frame.luma, self.hole_px)
 
     def brightness_beside(self, frame: Frame) -> np.ndarray | None:
         """Return the brightness (h, w), uint8, of a frame whose markers are sought by colour; else None.
@@ -115,15 +111,10 @@ class Grey:
         """Choose the grey for the markers in their start boxes, in the frame of these; rings are filled in it."""
         centre_px, side_px = boxes.centres_px(markers), boxes.sides_px(markers)
         grey = cls.chosen(frame, centre_px, side_px)
-        radii = ring_radii(grey.of(frame), centre_px, side_px)
-        if np.count_nonzero(radii) < max(FEWEST_ALIKE, len(markers) / 2):
-            return grey
-        bright = np.median(np.sign(radii[radii != 0])) > 0
-        hole_px = 2 * float(np.median(np.abs(radii[radii != 0]))) - _LINE_PX
+        hole_px = ring_holes_px(grey.of(frame), centre_px, side_px)
         apart_px = np.linalg.norm(centre_px[:, None] - centre_px[None], axis=2)
         nearest_px = float(apart_px[~np.eye(len(markers), dtype=bool)].min(initial=np.inf))
-        filled = replace(grey, hole_px=hole_px if bright else -hole_px)
-        return filled if nearest_px > 2 * hole_px else grey
+        return replace(grey, hole_px=hole_px) if nearest_px > 2 * abs(hole_px) else grey
 
     @classmethod
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
@@ -171,6 +162,14 @@ class Grey:
         """Tabulate the grey levels (256,), uint8, of each brightness."""
         (dark, light), level = self.lightness, np.arange(256.0)
         return np.clip(self.gain * np.maximum(dark - level, level - light), 0, 255).astype(np.uint8)
+
+
+def _filled(grey: np.ndarray, hole_px: float) -> np.ndarray:
+    """Return a picture (h, w) in which holes of bright rings so wide are filled, of dark ones where it is negative."""
+    if not hole_px:
+        return grey
+    way, disc = (cv2.MORPH_CLOSE if hole_px > 0 else cv2.MORPH_OPEN), round(abs(hole_px)) | 1
+    return cv2.morphologyEx(grey, way, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (disc, disc)))
 
 
 def _ends(colours: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -345,3 +344,18 @@ def ring_radii(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> 
         if abs(around[most]) > _HOLLOW * max(float(np.abs(off[away < 1.5]).mean()), _STANDS_OUT):
             found[number] = np.sign(around[most]) * radii[most]
     return found
+
+
+def ring_holes_px(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> float:
+    """Return the width, px, of the holes of markers if most are rings, negative for dark rings; else 0.
+
+    A dot on a base of its own is no ring, even if it looks like the ground beside the base: filled, rings stand out.
+    Arguments as of `ring_radii`.
+    """
+    radii = ring_radii(grey, centre_px, side_px)
+    are = radii != 0
+    if np.count_nonzero(are) < max(FEWEST_ALIKE, len(radii) / 2):
+        return 0.0
+    width_px = 2 * float(np.median(np.abs(radii[are]))) - _LINE_PX
+    hole_px = width_px if np.median(np.sign(radii[are])) > 0 else -width_px
+    return hole_px if _margins(_filled(grey, hole_px), centre_px, side_px)[0].min() >= ENOUGH else 0.0

@@ -28,12 +28,14 @@ from tracking.appearance import (
     Grey,
     lies_within,
     measure_appearance,
+    ring_holes_px,
     ring_radii,
     window,
 )
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
-from tracking.spots import move_onto_dots, strongest_answer
+from tracking.spots import strongest_answer
+from tracking.start_look import move_onto_dots
 from tracking.tracked import INDISTINCT
 from tracking.tracker import MarkerTracker, Sighting
 from tracking.video import Frame
@@ -366,8 +368,8 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
             "bright or bright where they are dark: is it the body between two of them? Look at the picture of the boxes"
         )
         flags.append(Flag("doubtful_box", (markers[odd],), None, message))
-    hollow = int(np.count_nonzero(ring_radii(grey, centre_px, side_px)))
-    if hollow >= max(FEWEST_ALIKE, len(markers) / 2):
+    if ring_holes_px(grey, centre_px, side_px):
+        hollow = int(np.count_nonzero(ring_radii(grey, centre_px, side_px)))
         message = (
             f"{hollow} of {len(markers)} markers look like rings, which are measured on one side, up to half their "
             "width off, or lost: for the next film fill them"

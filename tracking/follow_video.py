@@ -166,6 +166,7 @@ class _Pass:
             use_csrt,
             threads=self._video.threads,
             brightness=self._grey.brightness_beside(frame),
+            yuv=frame.yuv(),
         )
         return self._tracker, first
 
@@ -245,7 +246,9 @@ class _Pass:
     def _step(self, frame: Frame, frames: float) -> Sighting:
         """Follow all markers into a frame, so many frames of the usual rate after the one before."""
         beside = self._grey.brightness_beside(frame)
-        return self._tracker.step(self._grey.of(frame), frames=frames, brightness=beside)
+        coloured = isinstance(self._tracker, MarkerTracker) and self._tracker.colours is not None
+        yuv = frame.yuv() if coloured else None
+        return self._tracker.step(self._grey.of(frame), frames=frames, brightness=beside, yuv=yuv)
 
     def follow(self, progress: Progress | None, find: Find | None = None) -> None:
         """Follow to the end; what was tracked is kept now and then, and when it is interrupted."""
@@ -421,7 +424,7 @@ class PlainCsrt:
             tracker.init(picture, tuple(box))
         self.first = self._sighting([(True, box) for box in boxes.tolist()])
 
-    def step(self, luma: np.ndarray, *, frames: float = 1.0, brightness: object = None) -> Sighting:  # noqa: ARG002
+    def step(self, luma: np.ndarray, **_: object) -> Sighting:
         """Follow the markers into the next frame (h, w) uint8."""
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
         with ThreadPoolExecutor(self._threads or None) as pool:

@@ -45,12 +45,14 @@ MISSED = 2.0
 """The price of leaving a marker without a spot."""
 FAINTER = 1.0
 """The price of a spot of no strength."""
+COLOURED = 4.0
+"""The price of a spot in the colour of another marker: more than that of none."""
 _STIFF, _STIFF_PX = 0.15, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
 _TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
 _LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
 _UNSEEN = 0.4  # weight of a link to a marker without a spot
 _SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
-_SHIFTS = 12  # tried at most, the shortest first
+_SHIFTS = 12  # tried at most, the likeliest first
 _SOLVED = 40  # solutions tried at most until no spot is used twice
 _NEVER = 1e6
 
@@ -332,6 +334,8 @@ def _alone(spots: Spots, predicted: Prediction, spread_px: np.ndarray, shift_px:
     reached = np.linalg.norm(away, axis=2) <= predicted.gate_px[:, None]
     off = np.linalg.norm(away + shift_px, axis=2) / spread_px[:, None]
     cost = off**2 + FAINTER * np.clip(1 - spots.strength, 0, 1)
+    if spots.other is not None:
+        cost = cost + COLOURED * spots.other
     return np.hstack([np.where(reached, cost, _NEVER), np.full((len(off), 1), MISSED)])
 
 
@@ -356,13 +360,20 @@ def _links(spots: Spots, predicted: Prediction, spacing: Spacing) -> np.ndarray:
 
 
 def _shifts(spots: Spots, predicted: Prediction, spacing: Spacing) -> list[np.ndarray]:
-    """List shifts (2,) of the body, px: none, and those that bring a marker at an end of the tree onto a spot."""
+    """List shifts (2,) of the body, px: none, and those that bring a marker at an end of the tree onto a spot.
+
+    Of these the ones that put the most markers near a spot like themselves are kept, short ones first.
+    """
     joints = np.bincount(spacing.pairs.ravel(), minlength=len(predicted.gate_px))
     away = spots.position_px[None] - predicted.position_px[joints == 1][:, None]
     near = np.linalg.norm(away, axis=2) <= predicted.gate_px[joints == 1][:, None]
     shifts = away[near]
-    nearest = np.argsort(np.linalg.norm(shifts, axis=1), kind="stable")[:_SHIFTS]
-    return [np.zeros(2), *shifts[nearest]]
+    usual_px = float(np.median(spacing.lengths.mean(axis=0)))
+    place = (predicted.position_px + shifts[:, None])[:, :, None]  # (k, m, 1, 2)
+    beside = np.linalg.norm(place - spots.position_px, axis=3) < _STIFF * usual_px + _STIFF_PX
+    alike = np.where(beside, np.clip(spots.strength, 0, 1), 0.0).max(axis=2, initial=0.0).sum(axis=1)
+    best = np.argsort(_SHIFT * (shifts**2).sum(axis=1) / usual_px**2 - alike, kind="stable")[:_SHIFTS]
+    return [np.zeros(2), *shifts[best]]
 
 
 def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:

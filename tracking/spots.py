@@ -1,6 +1,6 @@
 """Spots: places in a small window that look like a marker, and the sub-pixel centre of a marker."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil
 
@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_fill_holes, gaussian_filter1d
 
-from tracking.appearance import ENOUGH, Appearance, lies_within, measure_appearance, window, windows
+from tracking.appearance import Appearance, window, windows
 
 _WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
 _FAINTEST = 0.3  # share of the response that a marker of known contrast gives
-_ANSWERS = (0.15, 1.2)  # smallest and largest answer to a marker, in parts of that to a disc
 _LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
 _SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
@@ -32,11 +31,6 @@ _DIRECTIONS = 24  # directions in which the light behind a marker is measured
 _BLURRED = 1.0  # directions by which that light is blurred
 _TINY = 1e-9  # so that nothing is divided by 0
 _SLACK_PX = 4  # excess size of a window
-_FEWEST_ALIKE = 3  # markers that look alike, of which a start box may miss one more
-_BESIDE_PX = 2.0  # px and a diameter from a start box to its dot at most
-_NOTHING = 0.15  # share of the usual contrast below which nothing in a box answers like a marker
-_LIKE_MOST = 0.5  # share of the usual contrast from which a dot answers like most markers
-_CLEARLY_MORE = 1.3  # times that a dot answers more strongly than what is in the box beside it
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
 _HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
@@ -53,6 +47,7 @@ class Spots:
 
     position_px: np.ndarray  # (c, 2) to a pixel
     strength: np.ndarray  # (c,) of the response, 1 where it is that of the marker looked for
+    other: np.ndarray | None = None  # (m, c) from 0 to 1: in the colour of another marker than each; None: all alike
 
     def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
         """Return the spots at least that far from some places (o, 2)."""
@@ -114,57 +109,7 @@ def strongest_answer(
     inner = slice(margin, -margin)
     places = np.rint(centre_px).astype(int).tolist()
     patches = (window(luma, column, row, reach_px + margin) for column, row in places)
-    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
-
-
-def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
-    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
-    answers = []
-    for (column, row), sign, diameter in zip(
-        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
-    ):
-        half = int(np.ceil(diameter)) + 1
-        response = _response(window(luma, column, row, half), sign, diameter)
-        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
-    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
-
-
-def move_onto_dots(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> np.ndarray:
-    """Return the centres (k, 2) of start boxes, each that lies beside its dot moved onto the dot.
-
-    What is in such a box is bright where most markers are dark, or dark where most are bright, or nothing; and a free
-    dot like most lies hardly farther off than it is wide, and stands out more.
-
-    Args:
-        luma: (h, w) uint8 picture.
-        centre_px: (k, 2) centres of the boxes.
-        box_px: (k,) their mean sides.
-    """
-    look = measure_appearance(luma, centre_px, box_px)
-    usual = 1.0 if (look.sign > 0).mean() > 0.5 else -1.0
-    odd = look.sign != usual
-    common = ~odd & ~lies_within(luma, centre_px, box_px)
-    alike = look.of(common)
-    if len(alike.sign) < _FEWEST_ALIKE:
-        return centre_px
-    diameter, contrast = (float(np.median(each)) for each in (alike.diameter_px, alike.contrast))
-    answer = strongest_answer(luma, centre_px, 1, usual, diameter)
-    distinct = contrast >= ENOUGH and float(np.median(answer[common])) >= _LIKE_MOST * contrast
-    empty = ~odd & (answer < _NOTHING * contrast) & distinct
-    wanted = Appearance(*np.array([[usual], [diameter], [contrast], [1.0]]))
-    moved = centre_px.astype(float)
-    for marker in np.flatnonzero(odd | empty).tolist():
-        if empty[marker]:
-            own = max(float(answer[marker]), 0.0)
-        else:
-            own = strongest_answer(luma, centre_px[[marker]], 1, -usual, float(look.diameter_px[marker]))[0]
-        spots = find_spots(luma, moved[[marker]], np.array([diameter + _BESIDE_PX]), wanted)
-        spots = spots.away_from(np.delete(moved, marker, axis=0), diameter / 2)
-        clear = spots.strength * contrast > max(_CLEARLY_MORE * own, _LIKE_MOST * contrast)
-        if clear.any():
-            away = np.where(clear, np.linalg.norm(spots.position_px - centre_px[marker], axis=1), np.inf)
-            moved[marker] = spots.position_px[away.argmin()]
-    return moved
+    return np.array([float(response_to(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
 
 
 def _in_window(
@@ -177,7 +122,7 @@ def _in_window(
     patch = window(luma, *place, step * half)
     if step == 2:
         patch = cv2.resize(np.ascontiguousarray(patch[:-1, :-1]), None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-    response = _response(patch, sign / contrast, diameter / step)
+    response = response_to(patch, sign / contrast, diameter / step)
     side = max(int(diameter / step / 2) | 1, 3)
     inner = slice(margin, -margin)
     sought = response[inner, inner]
@@ -199,7 +144,7 @@ def _square(side: int) -> np.ndarray:
     return np.ones((side, side), np.uint8)
 
 
-def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
+def response_to(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
     """Return the two Gaussians' answer in every pixel of a patch: in the middle of a disc `gain` times its contrast."""
     plain = patch.astype(np.float32)
     widths = [width * diameter for width in _WIDTHS]

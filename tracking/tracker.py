@@ -7,16 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tracking.appearance import ENOUGH, LEAST_CONTRAST, Appearance, measure_appearance, stands_out
+from tracking.appearance import ENOUGH, LEAST_CONTRAST, Appearance, stands_out
+from tracking.colours import MarkerColours
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
-from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, move_onto_dots, with_answer
+from tracking.identities import COLOURED, FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
+from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres
+from tracking.start_look import look_in_boxes, move_onto_dots, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
-_FADED = 0.5  # share of the contrast in its box below which a marker was not measured at its place
 _AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
 _CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
+_OF_ANOTHER = 0.5  # how much the colour of another marker is seen where CSRT is not believed
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # confidence from which a sample teaches the look of the marker …
@@ -60,19 +62,30 @@ class Sighting:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """A picture (h, w) in which markers of that look and those streaks are sought, away from places (o, 2), px."""
+    """A picture (h, w) in which markers of that look and those streaks are sought, away from places (o, 2), px.
+
+    Where markers differ in colour, `yuv` (h, w, 3) shows those of the picture.
+    """
 
     luma: np.ndarray
     look: Appearance
     streaks: Streaks
     taken_px: np.ndarray | None
+    colours: MarkerColours | None
+    yuv: np.ndarray | None
 
     def spots(self, predicted: Prediction) -> Spots:
         """Find the spots within the gates of a prediction."""
         spots = find_spots(self.luma, predicted.position_px, predicted.gate_px, self.look, self.streaks)
-        if self.taken_px is None:
-            return spots
-        return spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
+        if self.taken_px is not None:
+            spots = spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
+        return replace(spots, other=self.other(spots.position_px))
+
+    def other(self, place_px: np.ndarray) -> np.ndarray | None:
+        """Return (m, c) from 0 to 1, how much places (c, 2) have another marker's colour; None if all are alike."""
+        if self.colours is None or self.yuv is None:
+            return None
+        return self.colours.unlike(self.yuv, place_px, self.look.diameter_px)
 
 
 class _Assignment(NamedTuple):
@@ -99,6 +112,7 @@ class MarkerTracker:
         self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
         self.settled = np.zeros(len(start.sign), int)  # frames in a row in which its spot was beyond doubt
         self.faint: FaintMarkers | None = None
+        self.colours: MarkerColours | None = None  # where some markers differ in it
 
     @classmethod
     def begin(
@@ -109,20 +123,22 @@ class MarkerTracker:
         use_csrt: bool = True,
         threads: int = 0,
         brightness: np.ndarray | None = None,
+        yuv: np.ndarray | None = None,
     ) -> tuple["MarkerTracker", Sighting]:
         """Start in a frame in which every marker has a box.
 
-        The frame is (h, w) uint8, as is its brightness where it shows colours; (m, 2) are the centres of the boxes and
-        (m,) their mean sides. CSRT takes so many threads, 0 for all cores.
+        The frame is (h, w) uint8, as is its brightness where it shows colours; of `yuv` (h, w, 3) the colours of the
+        markers are learnt. (m, 2) are the centres of the boxes and (m,) their mean sides. CSRT takes so many threads,
+        0 for all cores.
         """
         centre_px = move_onto_dots(luma, centre_px, box_px)
-        start, centres, widest = _look_in_boxes(luma, centre_px, box_px)
+        start, centres, widest = look_in_boxes(luma, centre_px, box_px)
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
         motion, loose = MarkerMotion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
         if brightness is not None:
-            bright, *_ = _look_in_boxes(brightness, centres.position_px, box_px)
+            bright, *_ = look_in_boxes(brightness, centres.position_px, box_px)
             alike = np.abs(np.log(bright.diameter_px / start.diameter_px)) < _SIZE_SPREAD
             clear = alike & stands_out(brightness, centres.position_px, box_px)
             bright = replace(bright, contrast=np.where(clear, bright.contrast, LEAST_CONTRAST))
@@ -138,6 +154,7 @@ class MarkerTracker:
         tracker.motion = MarkerMotion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
         tracker.apart_px = tracker.spacing.lengths[0]
+        tracker.colours = MarkerColours.of_markers(yuv, place, start.diameter_px)
         return tracker, first
 
     def step(
@@ -146,13 +163,15 @@ class MarkerTracker:
         taken_px: np.ndarray | None = None,
         frames: float = 1.0,
         brightness: np.ndarray | None = None,
+        yuv: np.ndarray | None = None,
     ) -> Sighting:
         """Follow the markers into the next frame (h, w) uint8, `frames` frames of the usual rate after the one before.
 
         No marker is put where others are that this tracker does not follow, (o, 2). Where the frame shows colours, its
-        brightness (h, w) uint8 says more sharply where a marker is.
+        brightness (h, w) uint8 says more sharply where a marker is; `yuv` (h, w, 3) tells markers of several colours
+        apart.
         """
-        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames, brightness)
+        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames, brightness, yuv)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
@@ -165,6 +184,8 @@ class MarkerTracker:
         }
         if self.bright is not None and self.bright_start is not None:
             state |= {"bright_start": self.bright_start.as_array(), "bright": self.bright.as_array()}
+        if self.colours is not None:
+            state["colours"] = self.colours.own
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -179,6 +200,8 @@ class MarkerTracker:
         tracker.settled, tracker.apart_px = state["settled"], state["apart_px"]
         if "bright" in state:
             tracker.bright_start, tracker.bright = Appearance(*state["bright_start"]), Appearance(*state["bright"])
+        if "colours" in state:
+            tracker.colours = MarkerColours(state["colours"])
         if csrt is not None:
             csrt.restore(state)
         return tracker
@@ -210,17 +233,18 @@ class MarkerTracker:
         taken_px: np.ndarray | None = None,
         frames: float = 1.0,
         brightness: np.ndarray | None = None,
+        yuv: np.ndarray | None = None,
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs, and where they are is no other's
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
             faint_px = self.motion.past[0][self.faint.which]
             taken_px = faint_px if taken_px is None else np.vstack([taken_px, faint_px])
         streaks = self._streaks(predicted.velocity_px)
-        search = _Search(luma, self.look, streaks, taken_px)
+        search = _Search(luma, self.look, streaks, taken_px, self.colours, yuv)
         spots, chosen, predicted, doubtful = self._assigned(search, predicted)
         position, seen = _placed(spots, chosen, predicted)
         asked = seen if self.faint is None else seen | self.faint.which
-        by_csrt = self._ask_csrt(luma, position, asked, taken_px)
+        by_csrt = self._ask_csrt(search, position, asked)
         seen |= by_csrt
         others = _others(position, spots, chosen, taken_px)
         velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
@@ -256,6 +280,9 @@ class MarkerTracker:
         if doubtful.any():
             lost = (chosen < 0) & (self.motion.unseen == 0)
             spots, chosen = self._assembled(search, predicted, doubtful, lost)
+            left = (chosen < 0) & (self.motion.unseen == 0) & ~lost
+            if left.any():  # the spot it had was another's, or none
+                spots, chosen = self._assembled(search, predicted, doubtful, lost | left)
         found = _Assignment(spots, chosen, predicted, doubtful)
         if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
             return found
@@ -378,6 +405,8 @@ class MarkerTracker:
         confidence[seen] = np.exp(-0.5 * (size**2 + fade**2))
         spotted = seen & ~by_csrt & (chosen >= 0)
         confidence[spotted] *= np.clip(spots.strength[chosen[spotted]], 0, 1)
+        if spots.other is not None:
+            confidence[spotted] *= 1 - spots.other[spotted, chosen[spotted]]
         confidence[by_csrt] = np.minimum(confidence[by_csrt], _CSRT_CONFIDENCE)
         return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
 
@@ -392,36 +421,16 @@ class MarkerTracker:
             self.csrt.forget(sighting.seen & ~sighting.by_csrt)
             self.csrt.remember(luma, sighting.position_px, sure)
 
-    def _ask_csrt(
-        self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray, taken_px: np.ndarray | None
-    ) -> np.ndarray:
+    def _ask_csrt(self, search: "_Search", position: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """Put CSRT's answers into `position` (m, 2) where they hold; return (m,) bool of where they do."""
         held = np.zeros_like(seen)
         if self.csrt is not None and not seen.all():
-            answers = self.csrt.ask(luma, ~seen, self.look.diameter_px, position, taken_px)
+            answers = self.csrt.ask(search.luma, ~seen, self.look.diameter_px, position, search.taken_px)
             for marker, answer in answers.items():
-                position[marker], held[marker] = answer, True
+                other = search.other(answer[None])
+                if other is None or other[marker, 0] < _OF_ANOTHER:
+                    position[marker], held[marker] = answer, True
         return held
-
-
-def _look_in_boxes(
-    luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray
-) -> tuple[Appearance, Centres, np.ndarray]:
-    """Measure the look of the markers in their boxes; return it, their centres, and how wide (m,) they are at most."""
-    look = measure_appearance(luma, centre_px, box_px)
-    widest = np.maximum(box_px, look.diameter_px)
-    place_px = centre_px
-    for _ in range(2):  # a box may hold part of a neighbour, and lie off its marker
-        centres = measure_centres(luma, place_px, place_px, look)
-        faded = centres.contrast < _FADED * look.contrast  # it went off what is faint
-        place_px = np.where(faded[:, None], centre_px, centres.position_px)
-        look = replace(
-            look,
-            diameter_px=np.where(faded, look.diameter_px, np.clip(centres.diameter_px, 1.0, widest)),
-            contrast=np.where(faded, look.contrast, np.maximum(centres.contrast, LEAST_CONTRAST)),
-        )
-    centres = replace(centres, position_px=place_px)
-    return look, centres, widest
 
 
 def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
@@ -433,6 +442,8 @@ def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
     m, c = len(predicted.gate_px), len(spots.strength)
     distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
     cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    if spots.other is not None:
+        cost = cost + COLOURED * spots.other
     cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
     alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
     rows, columns = linear_sum_assignment(np.hstack([cost, alone]))

@@ -31,8 +31,8 @@ from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 
-_RAW_FORM = 8  # version of the tracker
-_FORM = 10  # version of how tracks are judged; raw ones are judged anew, not tracked anew
+_RAW_FORM = 9  # version of the tracker
+_FORM = 11  # version of how tracks are judged; raw ones are judged anew, not tracked anew
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
 _LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
 

@@ -81,3 +81,19 @@ def test_a_dot_that_is_hidden_leaves_its_marker_without_one_and_the_others_as_th
         spots, Prediction(was, np.full(4, 12.5), np.zeros((4, 2))), np.full(4, 7.5), Spacing.begin(was), False
     )
     assert found.chosen.tolist() == [0, 1, -1, 2]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_row_thrown_by_two_thirds_of_its_distance_among_faint_spots_keeps_its_names(seed: int) -> None:
+    """As a frame of a real row that is shaken: all but the last name fit the dots one too far."""
+    random = np.random.default_rng(seed)
+    was = np.arange(7)[:, None] * [40.0, 0.0] + [100.0, 60.0]
+    thrown = was - [0.67 * 40.0, 0.0]
+    litter = random.uniform([40, 30], [400, 90], (30, 2))
+    litter = litter[np.linalg.norm(litter[:, None] - thrown, axis=2).min(axis=1) > 4]
+    strength = np.concatenate([random.uniform(0.8, 1.2, 7), random.uniform(0.3, 0.6, len(litter))])
+    spots = Spots(np.concatenate([thrown, litter]), strength)
+    predicted = Prediction(was + np.array([0.14 * 40.0, 0.0]), np.full(7, 65.0), np.zeros((7, 2)))
+
+    found = assemble_markers(spots, predicted, np.full(7, 26.0), Spacing.begin(was), whole=True)
+    assert found.chosen.tolist() == list(range(7))

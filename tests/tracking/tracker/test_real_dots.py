@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
@@ -138,6 +140,54 @@ def test_rings_are_measured_in_their_middle(colours: tuple[Colour, Colour], line
     clip = Clip(dots=(ring,) * 5, body=ground, wall=ground, line=line)
 
     assert clip.off(tmp_path).max() < 0.6  # half their width where only one side of them was seen
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_of_a_box_that_holds_much_of_the_base_of_a_dot_the_dot_is_measured(seed: int) -> None:
+    """White tags with a black dot, half of them on a white wall: they are no rings, and stand out less."""
+    random = np.random.default_rng(seed)
+    diameter, tag, box = random.uniform(14, 22), random.uniform(2.2, 2.7), random.uniform(1.6, 2.2)
+    fine, places = 4, np.arange(7)[:, None] * [90.0, 0.0] + [60.0, 60.0] + random.uniform(-3, 3, (7, 2))
+    luma = np.full((120 * fine, 660 * fine), 32, np.uint8)
+    luma[:, : 285 * fine] = 183
+    for x, y in fine * (places + 0.5):
+        half = fine * tag * diameter / 2
+        cv2.rectangle(luma, (round(x - half), round(y - half)), (round(x + half), round(y + half)), 190, -1)
+        cv2.circle(luma, (round(x - 0.5), round(y - 0.5)), round(fine * diameter / 2), 30, -1)
+    luma = cv2.resize(luma, None, fx=1 / fine, fy=1 / fine, interpolation=cv2.INTER_AREA)
+    luma = np.clip(cv2.GaussianBlur(luma, (0, 0), 0.8) + random.normal(0, 2, luma.shape), 0, 255).astype(np.uint8)
+    frame = cast(Frame, SimpleNamespace(luma=luma, yuv=lambda: np.dstack([luma, *np.full((2, *luma.shape), 128)])))
+    names = tuple(f"marker_{number}" for number in range(7))
+    boxes = StartBoxes(
+        0,
+        {
+            k: Box.around(at, box * diameter)
+            for k, at in zip(names, places + random.uniform(-1, 1, (7, 2)), strict=True)
+        },
+    )
+
+    grey = Grey.of_boxes(frame, boxes, names)
+    tracker, first = MarkerTracker.begin(grey.of(frame), boxes.centres_px(names), boxes.sides_px(names), use_csrt=False)
+    assert tracker.start.diameter_px == pytest.approx(diameter, rel=0.15)
+    assert np.linalg.norm(first.position_px - places, axis=1).max() < 0.5
+
+
+@pytest.mark.parametrize("turns", [0.25, *later(0.31)])
+def test_dots_of_several_colours_that_whirl_about_each_other_keep_their_names(turns: float, tmp_path: Path) -> None:
+    """Filmed with too few frames to follow them by their way: what tells them apart is their colour."""
+
+    class Whirl(Clip):
+        def places(self, frame: int) -> np.ndarray:
+            at = super().places(frame)
+            angle = 2 * np.pi * turns * max(frame - 5, 0)
+            at[3:] = at[3:].mean(axis=0) + 20.0 * np.array([[-1.0], [1.0]]) * [np.cos(angle), np.sin(angle)]
+            return at
+
+    clip = Whirl(dots=(GREEN, RED, GREEN, BLUE, YELLOW), off_px=0.0)
+    off = clip.off(tmp_path, frames=30)
+
+    assert np.nanmax(off) < 5
+    assert np.isfinite(off).mean() > 0.8
 
 
 BLACK, DEEP = (22, 22, 26), (60, 85, 95)  # water darker than a bright body, brighter than a black dot
