@@ -183,9 +183,9 @@ def build_forecasts(context: ReportContext) -> Section:
     """Build the section: tables of trials and, with held-out trials, of models."""
     calibration = context.calibration
     blocks: list[Block] = [_trials(calibration)]
-    if caveats := [(t.measured.name, text) for t in calibration.trials for text in trial_caveats(t)]:
-        heads = table_head("trial | caveat")
-        blocks.append(Table(f"{counted(len(caveats), 'caveat')} of single trials.", heads, tuple(caveats), folded=True))
+    if flagged := [(t.measured.name, text) for t in calibration.trials for text in trial_caveats(t)]:
+        heads = table_head("trial | flag")
+        blocks.append(Table(f"{counted(len(flagged), 'flag')} of single trials.", heads, tuple(flagged), folded=True))
     if calibration.forecasts.held_out:
         plot = Plot(
             forecasts_figure(calibration.forecasts),

@@ -34,10 +34,11 @@ from tracking.appearance import (
 )
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
+from tracking.sighting import Sighting
 from tracking.spots import strongest_answer
 from tracking.start_look import move_onto_dots
 from tracking.tracked import INDISTINCT
-from tracking.tracker import MarkerTracker, Sighting
+from tracking.tracker import MarkerTracker
 from tracking.video import Frame
 
 # The search.

@@ -31,8 +31,9 @@ from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
 from tracking.find_boxes import begin_in_box, check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
+from tracking.sighting import Sighting
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
-from tracking.tracker import MarkerTracker, Sighting
+from tracking.tracker import MarkerTracker
 from tracking.video import Frame, Video, VideoInfo, backward
 
 # Following.

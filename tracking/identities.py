@@ -40,6 +40,9 @@ _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a f
 _FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
 _KEEP = 0.9  # share kept, frame by frame, of where two neighbours put a marker
 
+NOWHERE_PX = 1e-3
+"""A gate, px, that no spot passes."""
+
 # `assemble_markers`: prices and standard deviations.
 MISSED = 2.0
 """The price of leaving a marker without a spot."""
@@ -64,6 +67,11 @@ class Prediction:
     position_px: np.ndarray  # (m, 2)
     gate_px: np.ndarray  # (m,) how far from there a spot may be
     velocity_px: np.ndarray  # (m, 2) a frame, there
+
+    @property
+    def is_open(self) -> np.ndarray:
+        """(m,) bool, the markers that spots are sought for."""
+        return self.gate_px > NOWHERE_PX
 
 
 @dataclass(eq=False)

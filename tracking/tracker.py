@@ -1,17 +1,16 @@
 """The marker tracker: predict, find spots, assign them jointly, measure their centres, ask CSRT where there is none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from dataclasses import fields, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import ENOUGH, LEAST_CONTRAST, Appearance, stands_out
 from tracking.colours import MarkerColours
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import COLOURED, FAINTER, MISSED, MarkerMotion, Prediction, Spacing, assemble_markers
-from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres
+from tracking.identities import NOWHERE_PX, MarkerMotion, Prediction, Spacing, assemble_markers
+from tracking.sighting import Assignment, Search, Sighting, assign
+from tracking.spots import Centres, Spots, Streaks, measure_centres
 from tracking.start_look import look_in_boxes, move_onto_dots, with_answer
 
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
@@ -19,13 +18,11 @@ _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
 _AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
 _CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
 _OF_ANOTHER = 0.5  # how much the colour of another marker is seen where CSRT is not believed
-_NOWHERE_PX = 1e-3  # a gate that no spot passes
-_FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
+_FAINT = 15.0  # answers under so many steps of luma are faint
 _CONFIDENT = 0.6  # confidence from which a sample teaches the look of the marker …
 _DOUBTED = 0.3  # below it a marker may be another thing: distances do not follow it
 _SETTLED = 5  # … and from so many frames on without a doubt which spot is its own
 _SLACK_PX = 2.0  # distance of a box from its marker, beyond half the marker
-_UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 # A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
 _REACH, _FARTHEST = 1.25, 5.0
@@ -37,64 +34,6 @@ _SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off i
 _SHUTTER = 0.25  # share of a frame with an open shutter, as assumed at first, …
 _SHUTTERS = 0.01, 1.0  # … and its least and largest value
 _KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
-
-
-@dataclass(frozen=True, eq=False)
-class Sighting:
-    """View of m markers in one frame.
-
-    Attributes:
-        position_px: (m, 2) measured; where a marker is not seen, predicted.
-        seen: (m,) bool, measured in this frame.
-        confidence: (m,) in [0, 1]; 0 where not seen.
-        diameter_px: (m,) apparent; nan where not seen.
-        contrast: (m,) how far it stands out; nan where not seen.
-        by_csrt: (m,) bool, only CSRT saw it.
-    """
-
-    position_px: np.ndarray
-    seen: np.ndarray
-    confidence: np.ndarray
-    diameter_px: np.ndarray
-    contrast: np.ndarray
-    by_csrt: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """A picture (h, w) in which markers of that look and those streaks are sought, away from places (o, 2), px.
-
-    Where markers differ in colour, `yuv` (h, w, 3) shows those of the picture.
-    """
-
-    luma: np.ndarray
-    look: Appearance
-    streaks: Streaks
-    taken_px: np.ndarray | None
-    colours: MarkerColours | None
-    yuv: np.ndarray | None
-
-    def spots(self, predicted: Prediction) -> Spots:
-        """Find the spots within the gates of a prediction."""
-        spots = find_spots(self.luma, predicted.position_px, predicted.gate_px, self.look, self.streaks)
-        if self.taken_px is not None:
-            spots = spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
-        return replace(spots, other=self.other(spots.position_px))
-
-    def other(self, place_px: np.ndarray) -> np.ndarray | None:
-        """Return (m, c) from 0 to 1, how much places (c, 2) have another marker's colour; None if all are alike."""
-        if self.colours is None or self.yuv is None:
-            return None
-        return self.colours.unlike(self.yuv, place_px, self.look.diameter_px)
-
-
-class _Assignment(NamedTuple):
-    """The spots of a frame, (m,) the number of each marker's, -1 for none, where each was sought, (m,) in doubt."""
-
-    spots: Spots
-    chosen: np.ndarray
-    predicted: Prediction
-    doubtful: np.ndarray
 
 
 class MarkerTracker:
@@ -150,7 +89,7 @@ class MarkerTracker:
         place = np.where(faint[:, None], centre_px, first.position_px)
         if use_csrt and faint.any():
             tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
-            first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
+            first = first.with_csrt(dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
         tracker.motion = MarkerMotion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
         tracker.apart_px = tracker.spacing.lengths[0]
@@ -236,18 +175,18 @@ class MarkerTracker:
         yuv: np.ndarray | None = None,
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs, and where they are is no other's
-            predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
+            predicted = replace(predicted, gate_px=np.where(self.faint.which, NOWHERE_PX, predicted.gate_px))
             faint_px = self.motion.past[0][self.faint.which]
             taken_px = faint_px if taken_px is None else np.vstack([taken_px, faint_px])
         streaks = self._streaks(predicted.velocity_px)
-        search = _Search(luma, self.look, streaks, taken_px, self.colours, yuv)
-        spots, chosen, predicted, doubtful = self._assigned(search, predicted)
-        position, seen = _placed(spots, chosen, predicted)
+        search = Search(luma, self.look, streaks, taken_px, self.colours, yuv)
+        found = self._assigned(search, predicted)
+        predicted, (position, seen) = found.predicted, found.placed
         asked = seen if self.faint is None else seen | self.faint.which
         by_csrt = self._ask_csrt(search, position, asked)
         seen |= by_csrt
-        others = _others(position, spots, chosen, taken_px)
-        velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
+        others = found.others_px(position, taken_px)
+        velocity = np.where(found.chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
         streaks = self._streaks(velocity)
         centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
         fast = np.isfinite(centres.streak_px2)
@@ -257,11 +196,11 @@ class MarkerTracker:
         if brightness is not None:
             centres = self._sharpened(brightness, centres, others, seen, streaks.some(seen))
         centres, kept = self._believable(luma, centres, position, seen)
-        sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
+        sighting = self._sighting(position, kept, by_csrt & kept, centres, found)
         if self.faint is not None:
-            sighting = _followed(sighting, self.faint.step(luma))
+            sighting = sighting.with_csrt(self.faint.step(luma))
         self.motion.update(predicted.position_px, sighting.position_px, sighting.seen, frames)
-        self._remember(luma, sighting, doubtful)
+        self._remember(luma, sighting, found.doubtful)
         return sighting
 
     def _streaks(self, velocity_px: np.ndarray) -> Streaks:
@@ -269,7 +208,7 @@ class MarkerTracker:
         open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
         return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
 
-    def _assigned(self, search: "_Search", predicted: Prediction) -> "_Assignment":
+    def _assigned(self, search: Search, predicted: Prediction) -> Assignment:
         """Find a spot for each marker: the nearest ones, or all markers at once where these leave a doubt.
 
         Who breaks away from its neighbours all the same is let go, to be sought where they put it.
@@ -283,10 +222,10 @@ class MarkerTracker:
             left = (chosen < 0) & (self.motion.unseen == 0) & ~lost
             if left.any():  # the spot it had was another's, or none
                 spots, chosen = self._assembled(search, predicted, doubtful, lost | left)
-        found = _Assignment(spots, chosen, predicted, doubtful)
+        found = Assignment(spots, chosen, predicted, doubtful)
         if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
             return found
-        position, seen = _placed(spots, chosen, predicted)
+        position, seen = found.placed
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
         moved = predicted.position_px - self.motion.past[0]
         misplaced = self.spacing.misplaced(
@@ -296,10 +235,10 @@ class MarkerTracker:
             return found
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
         let_go = np.where(misplaced, -1, chosen)
-        return _Assignment(spots, let_go, replace(predicted, position_px=place), doubtful | misplaced)
+        return Assignment(spots, let_go, replace(predicted, position_px=place), doubtful | misplaced)
 
     def _assembled(
-        self, search: "_Search", predicted: Prediction, doubtful: np.ndarray, lost: np.ndarray
+        self, search: Search, predicted: Prediction, doubtful: np.ndarray, lost: np.ndarray
     ) -> tuple[Spots, np.ndarray]:
         """Search farther out, and give all markers their spots (m,) at once.
 
@@ -307,12 +246,12 @@ class MarkerTracker:
         marker gets `lost` (m,), and now and then while it is: all may sit one dot too far.
         """
         again = self.motion.unseen % _ANEW == _ANEW - 1
-        moved = bool(((again | lost) & _open(predicted)).any())
+        moved = bool(((again | lost) & predicted.is_open).any())
         whole = moved or bool(2 * np.count_nonzero(doubtful) > len(doubtful))
         farther = _WHOLE if moved else 1.0
         anchors = [predicted]
         if whole:
-            place = np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
+            place = np.where(predicted.is_open[:, None], self.motion.past[0], predicted.position_px)
             anchors.append(replace(predicted, position_px=place))
         found = []
         for anchor in anchors:
@@ -330,7 +269,7 @@ class MarkerTracker:
         near = distance <= predicted.gate_px[:, None]  # (m, c)
         contested = (near & (near.sum(axis=0) > 1)).any(axis=1) | (predicted.gate_px > 0.5 * self._nearest_px())
         doubtful = (chosen < 0) | contested | (self.motion.seen < 2)
-        return doubtful & _open(predicted)
+        return doubtful & predicted.is_open
 
     def _widened(self, predicted: Prediction, doubtful: np.ndarray, farther: float) -> tuple[Prediction, np.ndarray]:
         """Widen the search for doubtful markers (m,) and their neighbours; return it and its reach (m,), px.
@@ -341,7 +280,7 @@ class MarkerTracker:
         for pair in self.spacing.pairs[doubtful[self.spacing.pairs].any(axis=1)]:
             joined[pair] = True
         reach = np.minimum(farther * _REACH * self._nearest_px(), farther * _FARTHEST * self.look.diameter_px)
-        gate = np.where(joined & _open(predicted), np.maximum(predicted.gate_px, reach), predicted.gate_px)
+        gate = np.where(joined & predicted.is_open, np.maximum(predicted.gate_px, reach), predicted.gate_px)
         spread = np.where(doubtful, np.maximum(predicted.gate_px, _SPREAD * reach / farther), predicted.gate_px)
         return replace(predicted, gate_px=gate), spread
 
@@ -393,9 +332,9 @@ class MarkerTracker:
         seen: np.ndarray,
         by_csrt: np.ndarray,
         centres: Centres,
-        spots: Spots,
-        chosen: np.ndarray,
+        found: Assignment,
     ) -> Sighting:
+        spots, chosen = found.spots, found.chosen
         place, confidence = position.copy(), np.zeros(len(seen))
         diameter, contrast = np.full((2, len(seen)), np.nan)
         place[seen], diameter[seen], contrast[seen] = centres.position_px, centres.diameter_px, centres.contrast
@@ -421,7 +360,7 @@ class MarkerTracker:
             self.csrt.forget(sighting.seen & ~sighting.by_csrt)
             self.csrt.remember(luma, sighting.position_px, sure)
 
-    def _ask_csrt(self, search: "_Search", position: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    def _ask_csrt(self, search: Search, position: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """Put CSRT's answers into `position` (m, 2) where they hold; return (m,) bool of where they do."""
         held = np.zeros_like(seen)
         if self.csrt is not None and not seen.all():
@@ -431,58 +370,3 @@ class MarkerTracker:
                 if other is None or other[marker, 0] < _OF_ANOTHER:
                     position[marker], held[marker] = answer, True
         return held
-
-
-def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
-    """Return (m,) the number of each marker's spot, -1 for none, at the least total cost.
-
-    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
-    the gate is never made, and a marker may go without.
-    """
-    m, c = len(predicted.gate_px), len(spots.strength)
-    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
-    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
-    if spots.other is not None:
-        cost = cost + COLOURED * spots.other
-    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
-    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
-    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
-    chosen = np.full(m, -1)
-    chosen[rows] = np.where(columns < c, columns, -1)
-    return chosen
-
-
-def _open(predicted: Prediction) -> np.ndarray:
-    """Return (m,) bool, the markers that spots are sought for."""
-    return predicted.gate_px > _NOWHERE_PX
-
-
-def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
-    """Return the sighting with the places (2,) of some markers as CSRT has them."""
-    which = np.isin(np.arange(len(sighting.seen)), list(places))
-    position = sighting.position_px.copy()
-    for marker, place in places.items():
-        position[marker] = place
-    return Sighting(
-        position_px=position,
-        seen=sighting.seen | which,
-        confidence=np.where(which, _FAINT_CONFIDENCE, sighting.confidence),
-        diameter_px=np.where(which, np.nan, sighting.diameter_px),
-        contrast=np.where(which, np.nan, sighting.contrast),
-        by_csrt=sighting.by_csrt | which,
-    )
-
-
-def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
-    """Return (m, 2) where each marker's spot is, predicted where it has none, and (m,) bool whether it has one."""
-    seen = chosen >= 0
-    position = predicted.position_px.copy()
-    position[seen] = spots.position_px[chosen[seen]]
-    return position, seen
-
-
-def _others(position: np.ndarray, spots: Spots, chosen: np.ndarray, taken_px: np.ndarray | None) -> np.ndarray:
-    """List (o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
-    unassigned = spots.strength >= _UNASSIGNED
-    unassigned[chosen[chosen >= 0]] = False
-    return np.vstack([position, spots.position_px[unassigned], np.empty((0, 2)) if taken_px is None else taken_px])

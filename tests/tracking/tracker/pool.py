@@ -15,7 +15,8 @@ from benchmarks.video.writer import VideoWriter
 from swimcal.robot import load_robot
 from tracking.boxes import Box, StartBoxes
 from tracking.identities import Spacing
-from tracking.tracker import MarkerTracker, Sighting
+from tracking.sighting import Sighting
+from tracking.tracker import MarkerTracker
 
 FPS = 60.0
 WATER = 110.0

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracking.identities import Prediction
+from tracking.sighting import assign
 from tracking.spots import Spots
-from tracking.tracker import assign
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracking.tracker.pool import WATER, Pool, Thing, errors, still
 from tracking.csrt import CropTracker, SecondOpinion
-from tracking.tracker import Sighting
+from tracking.sighting import Sighting
 
 ROW = still((60, 60), (100, 60), (140, 60))
 FADED = slice(10, 21)
