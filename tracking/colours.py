@@ -1,53 +1,63 @@
-"""Colours of the markers, where they differ: a spot in the colour of another marker is not one's own."""
+"""Hues of the markers, where they differ: a spot in the hue of another marker is not one's own."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-_APART = 30.0  # levels of the colour differences by which two markers are told apart; compression shifts them by 10
+_COLOURED, _HINT = 25.0, 15.0  # levels from gray of a marker that has a hue, and of a spot that shows one
+_APART_RAD = np.deg2rad(40)  # angle between hues that are told apart: light and compression shift them
 _MIDDLE = 0.25  # share of a diameter about its centre in which a marker shows its own colour
-_SURELY = 0.5  # of the way on from half-way to another colour, from which on a spot surely is that other's
+_SURELY = 0.5  # of the way on from half-way to another hue, from which on a spot surely has that other's
 
 
 @dataclass(frozen=True, eq=False)
 class MarkerColours:
-    """Colours of m markers of which some differ clearly."""
+    """Colours of m markers of which some clearly differ in hue.
 
-    own: np.ndarray  # (m, 2) colour differences (U, V) in the frame of the boxes, levels of 1/255
+    Hue is the direction from gray in the plane of colour differences, so shade does not change it. A marker under a
+    glint has none, nor have white and black ones.
+    """
+
+    own: np.ndarray  # (m,) complex colour differences from gray, U + iV, in the frame of the boxes, levels of 1/255
 
     @classmethod
     def of_markers(
         cls, yuv: np.ndarray | None, position_px: np.ndarray, diameter_px: np.ndarray
     ) -> "MarkerColours | None":
-        """Measure the colours of markers at (m, 2) in a picture (h, w, 3); None where all are of about one colour."""
+        """Measure the colours of markers at (m, 2) in a picture (h, w, 3); None where all are of about one hue."""
         if yuv is None or len(position_px) < 2:
             return None
         colours = cls(_seen(yuv, position_px, diameter_px))
-        return colours if (colours._apart >= _APART).any() else None
+        return colours if (colours._apart_rad >= _APART_RAD).any() else None
 
     @property
-    def _apart(self) -> np.ndarray:
-        """(m, m) how far the colours are apart, levels."""
-        apart: np.ndarray = np.linalg.norm(self.own[:, None] - self.own[None], axis=2)
-        return apart
+    def _apart_rad(self) -> np.ndarray:
+        """(m, m) angles between the hues; 0 where one of the two has none."""
+        hued = np.abs(self.own) >= _COLOURED
+        return np.where(hued[:, None] & hued, _angles(self.own, self.own), 0.0)
 
     def unlike(self, yuv: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray) -> np.ndarray:
         """Return (m, c) how much each of c places (c, 2) looks like another marker instead of each marker.
 
-        It is 0 up to half-way between their colours and 1 in the colour of the other; 0 too between markers of like
-        colours. The picture is (h, w, 3) brightness and colour differences, the markers have (m,) diameters.
+        It is 0 up to half-way between their hues and 1 in the hue of the other; 0 too for gray, and between markers of
+        like hues. The picture is (h, w, 3) brightness and colour differences, the markers have (m,) diameters.
         """
         colour = _seen(yuv, position_px, np.broadcast_to(np.median(diameter_px), len(position_px)))
-        away = np.linalg.norm(self.own[:, None] - colour[None], axis=2)  # (m, c)
-        apart = self._apart
+        away, apart = _angles(self.own, colour), self._apart_rad
         nearer = away[:, None] - away[None]  # (m, k, c): how much nearer to k than to m
-        share = np.where(apart[..., None] >= _APART, nearer / np.maximum(apart, _APART)[..., None], 0.0)
-        most = share.max(axis=1, initial=0.0)
-        return np.clip(most / _SURELY, 0, 1)
+        told = (apart >= _APART_RAD)[..., None] & (np.abs(colour) >= _HINT)
+        share = np.where(told, nearer / np.maximum(apart, _APART_RAD)[..., None], 0.0)
+        return np.clip(share.max(axis=1, initial=0.0) / _SURELY, 0, 1)
+
+
+def _angles(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return (k, l) angles, rad, between complex (k,) and (l,)."""
+    angles: np.ndarray = np.abs(np.angle(one[:, None] * other.conj()))
+    return angles
 
 
 def _seen(yuv: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray) -> np.ndarray:
-    """Return (c, 2) the median colour differences about places (c, 2), in a square of half a diameter."""
+    """Return (c,) complex median colour differences from gray about places (c, 2), in a square of half a diameter."""
     height, width = yuv.shape[:2]
     middle = np.rint(position_px).astype(int)
     found = np.empty((len(middle), 2))
@@ -57,4 +67,4 @@ def _seen(yuv: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray) -> 
         left, top = np.clip([column - reach, row - reach], 0, [width - 1, height - 1])
         part = yuv[top : max(row + reach, 0) + 1, left : max(column + reach, 0) + 1, 1:]
         found[number] = np.median(part.reshape(-1, 2), axis=0)
-    return found
+    return (found - 128.0) @ np.array([1, 1j])
