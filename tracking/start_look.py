@@ -22,6 +22,8 @@ _LIKE_MOST = 0.5  # share of the usual contrast from which a dot answers like mo
 _CLEARLY_MORE = 1.3  # times that a dot answers more strongly than what is in the box beside it
 _FADED = 0.5  # share of the contrast in its box below which a marker was not measured at its place
 _ODD = 1.3  # times the usual diameter from which on a box may hold more than its marker
+_NO_DISC = 0.5  # answer below which that is no disc of its diameter
+_CLEARER = 1.2  # times the contrast of all in the box that a marker of the usual size must have
 _SIZE_SPREAD = 0.25  # change of ln(size) up to which a marker has the usual diameter
 
 
@@ -38,6 +40,8 @@ def look_in_boxes(
         again, there = _refined(luma, centre_px, tight, box_px)
         found = odd & (np.abs(np.log(again.diameter_px / usual_px)) < _SIZE_SPREAD)
         found &= again.contrast > _FADED * np.median(look.contrast[common])
+        no_disc = with_answer(luma, centres.position_px, look).answer < _NO_DISC
+        found &= no_disc | (again.contrast > _CLEARER * look.contrast)
         look = Appearance(*np.where(found, again.as_array(), look.as_array()))
         place_px = np.where(found[:, None], there.position_px, centres.position_px)
         centres = replace(centres, position_px=place_px)

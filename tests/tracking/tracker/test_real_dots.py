@@ -172,6 +172,21 @@ def test_of_a_box_that_holds_much_of_the_base_of_a_dot_the_dot_is_measured(seed:
     assert np.linalg.norm(first.position_px - places, axis=1).max() < 0.5
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_dots_of_two_sizes_keep_their_own(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    places = np.arange(7)[:, None] * [60.0, 0.0] + [50.0, 60.0] + random.uniform(-2, 2, (7, 2))
+    diameters = random.uniform(10, 13) * np.where(np.arange(7) < 2, random.uniform(1.5, 2.2), 1.0)
+    luma = np.full((480, 1900), 60, np.uint8)
+    for (x, y), diameter in zip(np.rint(4 * places + 1.5).astype(int).tolist(), diameters, strict=True):
+        cv2.circle(luma, (x, y), round(2 * diameter), 220, -1)
+    luma = cv2.GaussianBlur(cv2.resize(luma, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+
+    tracker, first = MarkerTracker.begin(luma, places + random.uniform(-1, 1, (7, 2)), 1.3 * diameters, use_csrt=False)
+    assert tracker.start.diameter_px == pytest.approx(diameters, rel=0.15)
+    assert np.linalg.norm(first.position_px - places, axis=1).max() < 0.3
+
+
 @pytest.mark.parametrize("turns", [0.25, *later(0.31)])
 def test_dots_of_several_colours_that_whirl_about_each_other_keep_their_names(turns: float, tmp_path: Path) -> None:
     """Filmed with too few frames to follow them by their way: what tells them apart is their colour."""
