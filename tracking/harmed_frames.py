@@ -201,14 +201,21 @@ class Repeats:
         return made
 
     def repeats(self, number: int, luma: np.ndarray, around_px: np.ndarray) -> bool:
-        """Tell whether frame `number` (h, w) repeats the one before, around where the markers (m, 2) were last, px."""
+        """Tell whether frame `number` (h, w) repeats the one before, around where the markers (m, 2) were last, px.
+
+        While all of them are out of the picture none does: nothing in it need move.
+        """
         step = max(1, round(luma.shape[0] / ROWS))
         now = luma[::step, ::step].copy()
         before, self._before = self._before, now
         if before is None:
             return False
-        known = around_px[np.isfinite(around_px).all(axis=1)] / step
-        difference = max((_difference(now, before, at, MARGIN_PX / step) for at in known), default=0.0)
+        height, width = luma.shape
+        known = around_px[((around_px >= 0) & (around_px < [width, height])).all(axis=1)] / step  # nan: not seen
+        if not len(known):
+            self._run, self._moved = [], False
+            return False
+        difference = max(_difference(now, before, at, MARGIN_PX / step) for at in known)
         usual = _quantile(self._usual, 0.75) if self._usual else 0.0
         same = difference <= REPEATS * usual if usual >= MOVING else difference == 0 and not self._usual
         if same and len(self._run) < LONGEST:

@@ -106,6 +106,14 @@ def test_pictures_that_repeat_are_told_from_a_robot_at_rest(shown, repeats) -> N
     assert found.are_many(40) == bool(repeats)
 
 
+@pytest.mark.parametrize("place", [(-20.0, 60.0), (5000.0, 60.0), (np.nan, np.nan)])
+def test_while_the_robot_is_out_of_the_picture_no_frame_repeats(place: tuple[float, float]) -> None:
+    found = Repeats()
+    for k in range(60):
+        here = (30.0 + 3 * k, 60.0) if k < 30 else place
+        assert not found.repeats(k, moving(min(k, 30)), np.array([here]))
+
+
 @pytest.mark.parametrize("every", [2, 6])
 def test_repeats_that_the_pictures_hide_show_in_the_markers(every: int) -> None:
     shown = np.array([k - (k % every == every - 1) for k in range(72)])
