@@ -82,8 +82,8 @@ def with_states(tracks: xr.Dataset, state: np.ndarray, size_px: np.ndarray, flag
     Returns:
         The same with the variables ``state`` and ``size`` (time, keypoint), and the attributes ``flags``,
         ``first_frame``, that of the boxes, and ``picture_px``, width and height of the video, None where the tracks
-        come from elsewhere. `tracking.quality.trusted` adds the variable ``weight`` in [0, 1], what each sample counts
-        in a fit.
+        come from elsewhere. `tracking.judgement.trusted` adds the variable ``weight`` in [0, 1], what each sample
+        counts in a fit.
     """
     expected = tracks.confidence.shape
     for name, values in (("state", state), ("size_px", size_px)):

@@ -27,7 +27,7 @@ from tracking.edits import EditLog, apply_edits
 from tracking.find_boxes import click_page, doubtful_boxes, find_boxes
 from tracking.follow_video import TRACKERS, Partial, TrackerName, follow_video, retracker
 from tracking.gaps import fill_gaps
-from tracking.quality import trusted
+from tracking.judgement import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 

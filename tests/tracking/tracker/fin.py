@@ -145,7 +145,7 @@ class FinScore:
 
     @classmethod
     def of(cls, clip: FinClip, tracked: xr.Dataset) -> "FinScore":
-        """That of tracks that `tracking.quality.trusted` judged."""
+        """That of tracks that `tracking.judgement.trusted` judged."""
         truth = clip.truth()
         error = pixels_of(tracked) - truth
         near = np.linalg.norm(error, axis=2) < clip.diameter / 2

@@ -10,7 +10,7 @@ from swimcal.robot import load_robot
 from tests.cases import later
 from tests.tracking.tracker.fin import FinClip, FinScore
 from tracking.follow_video import TrackerName, follow_video
-from tracking.quality import trusted
+from tracking.judgement import trusted
 from tracking.video import Video
 
 DARK = FinClip(size=(800, 600), scale=880.0, fastest=36.0)

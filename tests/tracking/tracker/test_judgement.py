@@ -11,7 +11,7 @@ from swimcal.tracks import as_tracks
 from tests.tracking.boxes.drawn import ELEVEN, NINE
 from tests.tracking.fish import ROBOT, swimming_fish
 from tests.tracking.tracker.pool import fish
-from tracking.quality import judge
+from tracking.judgement import judge
 from tracking.tracked import SampleState, with_states
 
 FRAMES = 150
