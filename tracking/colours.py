@@ -6,6 +6,7 @@ import numpy as np
 
 _COLOURED, _HINT = 25.0, 15.0  # levels from gray of a marker that has a hue, and of a spot that shows one
 _APART_RAD = np.deg2rad(40)  # angle between hues that are told apart: light and compression shift them
+_OWN_HUES = 3  # markers with a hue of their own, from which on a gray one surely is gray, and not under a glint
 _MIDDLE = 0.25  # share of a diameter about its centre in which a marker shows its own colour
 _SURELY = 0.5  # of the way on from half-way to another hue, from which on a spot surely has that other's
 
@@ -39,15 +40,25 @@ class MarkerColours:
     def unlike(self, yuv: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray) -> np.ndarray:
         """Return (m, c) how much each of c places (c, 2) looks like another marker instead of each marker.
 
-        It is 0 up to half-way between their hues and 1 in the hue of the other; 0 too for gray, and between markers of
-        like hues. The picture is (h, w, 3) brightness and colour differences, the markers have (m,) diameters.
+        It is 0 up to half-way between their hues and 1 in the hue of the other; 0 too for gray places, and between
+        markers of like hues. For a gray marker it is 1 in a hue that only one of several markers has. The picture is
+        (h, w, 3) brightness and colour differences, the markers have (m,) diameters.
         """
         colour = _seen(yuv, position_px, np.broadcast_to(np.median(diameter_px), len(position_px)))
         away, apart = _angles(self.own, colour), self._apart_rad
         nearer = away[:, None] - away[None]  # (m, k, c): how much nearer to k than to m
         told = (apart >= _APART_RAD)[..., None] & (np.abs(colour) >= _HINT)
         share = np.where(told, nearer / np.maximum(apart, _APART_RAD)[..., None], 0.0)
-        return np.clip(share.max(axis=1, initial=0.0) / _SURELY, 0, 1)
+        gray = np.abs(self.own) < _COLOURED
+        of_one = ((away < _APART_RAD / 2) & self._unique[:, None] & (np.abs(colour) >= _COLOURED)).any(axis=0)
+        return np.maximum(np.clip(share.max(axis=1, initial=0.0) / _SURELY, 0, 1), gray[:, None] & of_one)
+
+    @property
+    def _unique(self) -> np.ndarray:
+        """(m,) bool, the markers whose hue no other has, where each has one of its own."""
+        hued = np.abs(self.own) >= _COLOURED
+        alone = hued & ~((_angles(self.own, self.own) < _APART_RAD) & hued & ~np.eye(len(hued), dtype=bool)).any(axis=1)
+        return alone if np.count_nonzero(alone) >= _OWN_HUES else np.zeros(len(hued), bool)
 
 
 def _angles(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ from tracking.find_boxes import begin_in_box, check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.sighting import Sighting
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
-from tracking.tracker import MarkerTracker
+from tracking.tracker import OF_ANOTHER, MarkerTracker
 from tracking.video import Frame, Video, VideoInfo, backward
 
 # Following.
@@ -196,11 +196,17 @@ class _Pass:
 
         Where most markers have to stay, it does so only if more than half of the boxes, but not all, are where the
         markers were last. A marker whose box is elsewhere was wrong since the doubt began: so far it was not seen. But
-        boxes that leave most of the markers that were surely followed are those of another robot.
+        boxes that leave most of the markers that were surely followed are those of another robot, and boxes in which
+        markers have the hues of others are in another order.
         """
+        known = self._tracker.colours if isinstance(self._tracker, MarkerTracker) else None
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
             return False
+        if known is not None:
+            own = known.unlike(frame.yuv(), boxes.centres_px(self._markers), boxes.sides_px(self._markers)).diagonal()
+            if (own >= OF_ANOTHER).any():
+                return False
         self._lost_at_once = 0
         place_px = self._samples["position_px"]
         last_px, before_px = place_px[self._last], place_px[max(self._last - 1, 0)]
@@ -214,7 +220,8 @@ class _Pass:
         doubted = max(int(self._unlike.max()), self._back_for)
         self._samples[max(frame.number - doubted, 0) : frame.number, elsewhere] = NO_SAMPLE
         use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
-        _, first = self._begun(frame, boxes, use_csrt)
+        tracker, first = self._begun(frame, boxes, use_csrt)
+        tracker.colours = known  # as in the boxes that a person looked at
         self._add(frame.number, first)
         return True
 

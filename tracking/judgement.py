@@ -35,6 +35,8 @@ FAINT_CONFIDENCE = 0.2
 """A marker below it is not believed in a single frame: a third of such samples are on something else (blind test)."""
 MOMENT_FRAMES = 5
 """Largest number of frames that are a mere moment, between as many and more in which a marker does not count."""
+LEFT_FRAMES = 3
+"""Least number of frames in which half of the markers do not count, for the others to be doubted."""
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
@@ -94,7 +96,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     exchanged = exchange_flags(tracked, layout)
     flags += [*exchanged, *impossible_flags(tracked, layout), *strayed_flags(tracked, layout, exchanged)]
     believed = mask_untrusted(tracked.assign_attrs(flags=(*tracked.flags, *flags)))
-    flags += [*_flag_moments(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
+    flags += [*_flag_moments(believed), *_flag_leftovers(believed), *_few_frames(believed), *_lost_over_gap(tracked)]
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
@@ -108,6 +110,20 @@ def _flag_moments(believed: xr.Dataset) -> list[Flag]:
             if after - before - 1 <= MOMENT_FRAMES:
                 message = f"{marker} looks like itself for a moment, amid frames in which it does not count"
                 flags.append(Flag("drift", (marker,), (before + 1, after - 1), message))
+    return flags
+
+
+def _flag_leftovers(believed: xr.Dataset) -> list[Flag]:
+    """Flag the markers that still count while half of all or more do not: nothing tells whose dots they are on."""
+    counts = believed.confidence.values > 0
+    seen = counts.sum(axis=1)
+    names = np.array(markers_of(believed), dtype=object)
+    flags = []
+    for first, last in stretches((seen > 0) & (2 * seen <= counts.shape[1]), LEFT_FRAMES):
+        left = tuple(names[counts[first : last + 1].any(axis=0)].tolist())
+        who = f"{', '.join(left[:-1])} and {left[-1]} are" if len(left) > 1 else f"{left[0]} is"
+        message = f"only {who} seen: half of the markers or more are not, and nothing tells whose dots these are"
+        flags.append(Flag("drift", left, (first, last), message))
     return flags
 
 

@@ -13,11 +13,12 @@ from tracking.sighting import Assignment, Search, Sighting, assign
 from tracking.spots import Centres, Spots, Streaks, measure_centres
 from tracking.start_look import look_in_boxes, move_onto_dots, with_answer
 
+OF_ANOTHER = 0.5
+"""How much of the hue of another marker is seen where a place is not believed."""
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
 _AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
 _CSRT_CONFIDENCE = 0.5  # largest confidence where only CSRT saw the marker
-_OF_ANOTHER = 0.5  # how much the colour of another marker is seen where CSRT is not believed
 _FAINT = 15.0  # answers under so many steps of luma are faint
 _CONFIDENT = 0.6  # confidence from which a sample teaches the look of the marker …
 _DOUBTED = 0.3  # below it a marker may be another thing: distances do not follow it
@@ -367,6 +368,6 @@ class MarkerTracker:
             answers = self.csrt.ask(search.luma, ~seen, self.look.diameter_px, position, search.taken_px)
             for marker, answer in answers.items():
                 other = search.other(answer[None])
-                if other is None or other[marker, 0] < _OF_ANOTHER:
+                if other is None or other[marker, 0] < OF_ANOTHER:
                     position[marker], held[marker] = answer, True
         return held

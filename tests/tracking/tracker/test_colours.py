@@ -59,3 +59,14 @@ def test_places_beyond_the_picture_take_the_colour_at_its_rim() -> None:
     assert colours is not None
     beyond = np.array([[-40.0, -40.0], [400.0, 10.0]])
     assert colours.unlike(painted(np.zeros(5), np.full(5, 60.0)), beyond, DIAMETER_PX).shape == (5, 2)
+
+
+@given(hues)
+def test_among_markers_of_their_own_hues_a_gray_one_is_on_none_of_theirs(hue: float) -> None:
+    hue_rad, chroma = hue + 2 * np.pi / 4 * np.arange(5), np.array([60.0, 60, 60, 60, 2])
+    colours = MarkerColours.of_markers(painted(hue_rad, chroma), PLACES, DIAMETER_PX)
+    assert colours is not None
+
+    own = colours.unlike(painted(hue_rad, chroma), PLACES, DIAMETER_PX)
+    assert np.array_equal(own[4], [1, 1, 1, 1, 0])
+    assert not own.diagonal().any()

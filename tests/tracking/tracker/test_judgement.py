@@ -162,3 +162,16 @@ def test_a_marker_that_is_seen_for_a_moment_amid_frames_without_it_does_not_coun
     moments = [flag.frames for flag in flags_of("drift", judge(trial_of(position), ROBOT))]
 
     assert moments == ([] if counts else [(65, 65 + length - 1)])
+
+
+@pytest.mark.parametrize(("hidden", "doubted"), [(3, False), (4, False), (5, True), (8, True)])
+def test_what_is_left_of_a_row_is_doubted_while_half_of_it_is_not_seen(hidden: int, doubted: bool) -> None:
+    position = swum(markers=NINE)
+    gone = np.random.default_rng(hidden).choice(len(NINE), hidden, replace=False)
+    position[60:80, gone] = np.nan
+
+    found = [flag for flag in judge(trial_of(position), ROBOT) if "nothing tells whose dots" in flag.message]
+    left = tuple(name for k, name in enumerate(NINE) if k not in gone)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in found] == (
+        [("drift", left, (60, 79))] if doubted else []
+    )
