@@ -135,10 +135,9 @@ class Grey:
         gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
         coloured = cls(True, around, gain)
         hue = _margins(coloured._of_yuv(yuv), centre_px, side_px)
-        dark, light = np.percentile(
-            np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
-        )
-        either = replace(coloured, lightness=(float(dark), float(light)))
+        rings_luma = [ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]
+        spans = np.array([np.percentile(ring, _SPAN) for ring in rings_luma])
+        most, all_rings = np.percentile(np.concatenate(rings_luma), _SPAN), (spans[:, 0].min(), spans[:, 1].max())
         (margin, share), (hue_margin, hue_share) = bright.min(axis=1), hue.min(axis=1)  # the worst marker counts
         if margin >= ENOUGH:  # good enough, if colour, which no glint has, is not much better
             alone = large and share < _ALONE and hue_share >= max(_CLEAR, _BETTER * share)
@@ -146,8 +145,10 @@ class Grey:
             return coloured if better else cls()
         if hue_margin >= max(ENOUGH, _BETTER * margin):
             return coloured
-        if _margins(either._of_yuv(yuv), centre_px, side_px)[0].min() >= ENOUGH:
-            return either
+        for dark, light in (most, all_rings):
+            either = replace(coloured, lightness=(float(dark), float(light)))
+            if _margins(either._of_yuv(yuv), centre_px, side_px)[0].min() >= ENOUGH:
+                return either
         others = np.sort(hue[0])[1:] if len(side_px) >= _FEWEST_TO_SPARE else hue[0]
         return coloured if others.min() >= _FULL / 2 else cls()
 

@@ -16,7 +16,7 @@ import xarray as xr
 from benchmarks.video.writer import VideoWriter
 from swimcal.errors import InputError
 from tests.cases import later
-from tracking.appearance import Grey
+from tracking.appearance import Grey, stands_out
 from tracking.boxes import Box, StartBoxes
 from tracking.find_boxes import doubtful_boxes
 from tracking.follow_video import Find, follow_video
@@ -170,6 +170,23 @@ def test_of_a_box_that_holds_much_of_the_base_of_a_dot_the_dot_is_measured(seed:
     tracker, first = MarkerTracker.begin(grey.of(frame), boxes.centres_px(names), boxes.sides_px(names), use_csrt=False)
     assert tracker.start.diameter_px == pytest.approx(diameter, rel=0.15)
     assert np.linalg.norm(first.position_px - places, axis=1).max() < 0.5
+
+
+def test_a_white_dot_among_coloured_ones_one_of_which_is_as_bright_as_the_water_beside_it() -> None:
+    """White has no colour, and the green dot near the rim no contrast: each is told by the other."""
+    picture = np.full((120, 420, 3), (95, 130, 140), np.uint8)
+    picture[30:90, 20:380] = DARK
+    places = np.arange(5)[:, None] * [75.0, 0.0] + [70.0, 60.0]
+    for (x, y), colour in zip(
+        places.astype(int).tolist(), (YELLOW, RED, (240, 240, 240), BLUE, (40, 170, 60)), strict=True
+    ):
+        cv2.circle(picture, (x, y), 7, colour, -1, cv2.LINE_AA)
+    yuv = cv2.cvtColor(cv2.GaussianBlur(picture, (0, 0), 0.7), cv2.COLOR_RGB2YUV)
+    frame = cast(Frame, SimpleNamespace(luma=yuv[..., 0], yuv=lambda: yuv))
+    boxes = StartBoxes(0, {name: Box.around(at, 20.0) for name, at in zip(NAMES, places, strict=True)})
+
+    grey = Grey.of_boxes(frame, boxes, NAMES).of(frame)
+    assert stands_out(grey, boxes.centres_px(NAMES), boxes.sides_px(NAMES)).all()
 
 
 @pytest.mark.parametrize("seed", range(4))
