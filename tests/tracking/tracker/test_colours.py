@@ -1,10 +1,14 @@
 """Hues tell markers apart in light and shade, and tell nothing of gray, glints and like colours."""
 
+from pathlib import Path
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tracking.colours import MarkerColours
+from tracking.follow_video import Partial
+from tracking.tracker import MarkerTracker
 
 PLACES = np.arange(5)[:, None] * [30.0, 0.0] + [20.0, 15.0]
 DIAMETER_PX = np.full(5, 12.0)
@@ -70,3 +74,17 @@ def test_among_markers_of_their_own_hues_a_gray_one_is_on_none_of_theirs(hue: fl
     own = colours.unlike(painted(hue_rad, chroma), PLACES, DIAMETER_PX)
     assert np.array_equal(own[4], [1, 1, 1, 1, 0])
     assert not own.diagonal().any()
+
+
+def test_interrupted_work_goes_on_with_the_colours_it_began_with(tmp_path: Path) -> None:
+    yuv = painted(np.pi * (np.arange(5) % 2), np.full(5, 60.0))
+    luma = np.where(yuv[..., 1] == 128, 60, 200).astype(np.uint8)
+    tracker, _ = MarkerTracker.begin(luma, PLACES, DIAMETER_PX, yuv=yuv)
+    assert tracker.colours is not None
+
+    Partial(tmp_path / "kept.npz", "same").write(tracker.state())
+    kept = Partial(tmp_path / "kept.npz", "same").read()
+    assert kept is not None
+    again = MarkerTracker.restored(kept).colours
+    assert again is not None
+    assert np.array_equal(again.own, tracker.colours.own)
