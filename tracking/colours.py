@@ -53,6 +53,13 @@ class MarkerColours:
         of_one = ((away < _APART_RAD / 2) & self._unique[:, None] & (np.abs(colour) >= _COLOURED)).any(axis=0)
         return np.maximum(np.clip(share.max(axis=1, initial=0.0) / _SURELY, 0, 1), gray[:, None] & of_one)
 
+    def like(self, yuv: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray) -> np.ndarray:
+        """Return (m, c) bool, the places (c, 2) that have the hue of each marker; as of `unlike`, gray as gray."""
+        colour = _seen(yuv, position_px, np.broadcast_to(np.median(diameter_px), len(position_px)))
+        hued = np.abs(self.own) >= _COLOURED
+        alike = (_angles(self.own, colour) < _APART_RAD) & (np.abs(colour) >= _HINT)
+        return np.where(hued[:, None], alike, np.abs(colour) < _COLOURED)
+
     @property
     def _unique(self) -> np.ndarray:
         """(m,) bool, the markers whose hue no other has, where each has one of its own."""

@@ -29,6 +29,7 @@ from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
+from tracking.find_again import find_again
 from tracking.find_boxes import begin_in_box, check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.sighting import Sighting
@@ -199,8 +200,9 @@ class _Pass:
         boxes that leave most of the markers that were surely followed are those of another robot, and boxes in which
         markers have the hues of others are in another order.
         """
-        known = self._tracker.colours if isinstance(self._tracker, MarkerTracker) else None
-        boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
+        if find is None or not isinstance(self._tracker, MarkerTracker):
+            return False
+        known, boxes = self._tracker.colours, find(frame) or self._by_colours(frame, self._tracker)
         if boxes is None:
             return False
         if known is not None:
@@ -219,11 +221,22 @@ class _Pass:
             return False
         doubted = max(int(self._unlike.max()), self._back_for)
         self._samples[max(frame.number - doubted, 0) : frame.number, elsewhere] = NO_SAMPLE
-        use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
-        tracker, first = self._begun(frame, boxes, use_csrt)
+        tracker, first = self._begun(frame, boxes, self._tracker.csrt is not None)
         tracker.colours = known  # as in the boxes that a person looked at
         self._add(frame.number, first)
         return True
+
+    def _by_colours(self, frame: Frame, tracker: MarkerTracker) -> StartBoxes | None:
+        """Find boxes by the colours of the markers; None where these are alike or not certain."""
+        if tracker.colours is None:
+            return None
+        spacing = tracker.spacing.pairs, tracker.apart_px
+        places = find_again(self._grey.of(frame), frame.yuv(), tracker.colours, tracker.start, *spacing)
+        if places is None:
+            return None
+        sides = 1.3 * tracker.start.diameter_px
+        found = zip(self._markers, places, sides.tolist(), strict=True)
+        return StartBoxes(frame.number, {name: Box.around(place, side) for name, place, side in found})
 
     def _are_of_another(self, centres_px: np.ndarray, sides_px: np.ndarray) -> bool:
         """Tell whether boxes leave most of the markers that are surely followed without any box, whatever its name."""

@@ -331,7 +331,7 @@ def assemble_markers(
     links = _links(spots, predicted, spacing)
     found = []
     for shift in shifts:
-        cost, chosen = _shared_out(_alone(spots, predicted, spread_px, shift), links, spacing.pairs)
+        cost, chosen = share_out(_alone(spots, predicted, spread_px, shift), links, spacing.pairs)
         found.append(Assembly(cost + _SHIFT * float(shift @ shift) / usual_px**2, chosen))
     return min(found, key=lambda each: each.cost)
 
@@ -384,8 +384,14 @@ def _shifts(spots: Spots, predicted: Prediction, spacing: Spacing) -> list[np.nd
     return [np.zeros(2), *shifts[best]]
 
 
-def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
-    """Find the least cost with each spot used once, and (m,) the spots, -1 for none."""
+def share_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
+    """Find the least cost with each spot used once, and (m,) the spots, -1 for none.
+
+    Args:
+        alone: (m, c + 1) the cost of each spot for each marker, and of none.
+        links: (e, c + 1, c + 1) the cost of two spots for each pair.
+        pairs: (e, 2) the tree of markers.
+    """
     number = count()  # breaks ties: the solution found first wins
     queue: list[tuple[float, int, np.ndarray, np.ndarray]] = []
 
