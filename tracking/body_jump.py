@@ -334,7 +334,7 @@ def halted_rows(position_px: np.ndarray) -> np.ndarray:
     length_px = np.linalg.norm(steps, axis=2)  # (n - 1, m)
     largest_px = np.nan_to_num(length_px).max(axis=1, initial=0.0)
     halted = np.zeros(len(position_px), bool)
-    for first, last in stretches(largest_px < HALTS * largest_px.max(initial=0.0)):  # of steps, to the frames after
+    for first, last in stretches(largest_px < HALTS * largest_px.max(initial=0.0)):  # steps, to the frames after
         before, after = steps[first - 1 : first], steps[last + 1 : last + 2]
         if last - first >= HALTS_FRAMES or not len(before) == len(after) == 1:
             continue

@@ -287,7 +287,7 @@ def check_markers(
     own, wider = (measure_appearance(grey, centre_px, by * sides_px) for by in (1.0, WIDER))
     within = (wider.contrast > CLEARER * np.maximum(own.contrast, LEAST_CONTRAST)) & (wider.diameter_px > sides_px)
     within &= _off_the_rim(grey, centre_px, WIDER * sides_px) > CLEARER * LEAST_CONTRAST
-    if 2 * np.count_nonzero(within) > len(within):  # of one box beside its marker a wider one says nothing
+    if 2 * np.count_nonzero(within) > len(within):  # a box beside its marker says nothing, however wide
         step = (
             f"The boxes of {np.median(sides_px):.0f} px seem to lie within discs of "
             f"{np.median(wider.diameter_px):.0f} px: draw each around its whole dot, `calib track SESSION --click`."

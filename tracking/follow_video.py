@@ -27,14 +27,14 @@ from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
 from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
+from tracking.colours import chroma_at, redetect
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
-from tracking.find_again import find_again
 from tracking.find_boxes import begin_in_box, check_markers, without_marker
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.sighting import Sighting
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
-from tracking.tracker import OF_ANOTHER, MarkerTracker
+from tracking.tracker import MISMATCH, MarkerTracker
 from tracking.video import Frame, Video, VideoInfo, backward
 
 # Following.
@@ -58,6 +58,7 @@ _IN_VIEW, _GONE_FOR = 0.5, 5
 """Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_BOX = 1.3  # diameters of a marker that the side of its box is, where it is found again
 _SURE = 3  # least number of surely followed markers that tell where the robot is
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
 _KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
@@ -206,8 +207,9 @@ class _Pass:
         if boxes is None:
             return False
         if known is not None:
-            own = known.unlike(frame.yuv(), boxes.centres_px(self._markers), boxes.sides_px(self._markers)).diagonal()
-            if (own >= OF_ANOTHER).any():
+            side_px = np.median(boxes.sides_px(self._markers), keepdims=True)
+            chroma = chroma_at(frame.yuv(), boxes.centres_px(self._markers), side_px)
+            if (known.mismatch(chroma).diagonal() >= MISMATCH).any():
                 return False
         self._lost_at_once = 0
         place_px = self._samples["position_px"]
@@ -231,10 +233,10 @@ class _Pass:
         if tracker.colours is None:
             return None
         spacing = tracker.spacing.pairs, tracker.apart_px
-        places = find_again(self._grey.of(frame), frame.yuv(), tracker.colours, tracker.start, *spacing)
+        places = redetect(self._grey.of(frame), frame.yuv(), tracker.colours, tracker.start, *spacing)
         if places is None:
             return None
-        sides = 1.3 * tracker.start.diameter_px
+        sides = _BOX * tracker.start.diameter_px
         found = zip(self._markers, places, sides.tolist(), strict=True)
         return StartBoxes(frame.number, {name: Box.around(place, side) for name, place, side in found})
 

@@ -48,8 +48,8 @@ MISSED = 2.0
 """The price of leaving a marker without a spot."""
 FAINTER = 1.0
 """The price of a spot of no strength."""
-COLOURED = 4.0
-"""The price of a spot in the colour of another marker: more than that of none."""
+OTHER_HUE = 4.0
+"""The price of a spot in the hue of another marker: more than that of none."""
 _STIFF, _STIFF_PX = 0.15, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
 _TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
 _LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
@@ -336,14 +336,18 @@ def assemble_markers(
     return min(found, key=lambda each: each.cost)
 
 
+def price(spots: Spots) -> np.ndarray:
+    """Return the price of each spot wherever it is: (c,) for its faintness, or (m, c) with its hue for each marker."""
+    faintness = FAINTER * np.clip(1 - spots.strength, 0, 1)
+    return faintness if spots.mismatch is None else faintness + OTHER_HUE * spots.mismatch
+
+
 def _alone(spots: Spots, predicted: Prediction, spread_px: np.ndarray, shift_px: np.ndarray) -> np.ndarray:
     """Cost (m, c + 1) of each marker on each spot; the last column is that of no spot."""
     away = predicted.position_px[:, None] - spots.position_px[None]
     reached = np.linalg.norm(away, axis=2) <= predicted.gate_px[:, None]
     off = np.linalg.norm(away + shift_px, axis=2) / spread_px[:, None]
-    cost = off**2 + FAINTER * np.clip(1 - spots.strength, 0, 1)
-    if spots.other is not None:
-        cost = cost + COLOURED * spots.other
+    cost = off**2 + price(spots)
     return np.hstack([np.where(reached, cost, _NEVER), np.full((len(off), 1), MISSED)])
 
 

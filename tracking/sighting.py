@@ -1,4 +1,4 @@
-"""What is seen of the markers in a frame: the spots found in it, which of them is whose, and where each marker is."""
+"""Sighting of the markers in a frame: the spots found in it, which of them is whose, and where each marker is."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import Appearance
-from tracking.colours import MarkerColours
-from tracking.identities import COLOURED, FAINTER, MISSED, Prediction
+from tracking.colours import MarkerColours, chroma_at
+from tracking.identities import MISSED, Prediction, price
 from tracking.spots import Spots, Streaks, find_spots
 
 _FAINT_CONFIDENCE = 0.4  # confidence that CSRT has on a marker without a spot
@@ -71,13 +71,13 @@ class Search:
         spots = find_spots(self.luma, predicted.position_px, predicted.gate_px, self.look, self.streaks)
         if self.taken_px is not None:
             spots = spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
-        return replace(spots, other=self.other(spots.position_px))
+        return replace(spots, mismatch=self.mismatch(spots.position_px))
 
-    def other(self, place_px: np.ndarray) -> np.ndarray | None:
-        """Return (m, c) from 0 to 1, how much places (c, 2) have another marker's colour; None if all are alike."""
+    def mismatch(self, place_px: np.ndarray) -> np.ndarray | None:
+        """Return (m, c) from 0 to 1, how much places (c, 2) have another marker's hue; None if all are alike."""
         if self.colours is None or self.yuv is None:
             return None
-        return self.colours.unlike(self.yuv, place_px, self.look.diameter_px)
+        return self.colours.mismatch(chroma_at(self.yuv, place_px, np.median(self.look.diameter_px, keepdims=True)))
 
 
 class Assignment(NamedTuple):
@@ -107,14 +107,12 @@ class Assignment(NamedTuple):
 def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
     """Return (m,) the number of each marker's spot, -1 for none, at the least total cost.
 
-    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
-    the gate is never made, and a marker may go without.
+    The cost of a pair is the squared distance in gates plus the `price` of the spot; a pair beyond the gate is never
+    made, and a marker may go without.
     """
     m, c = len(predicted.gate_px), len(spots.strength)
     distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
-    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
-    if spots.other is not None:
-        cost = cost + COLOURED * spots.other
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + price(spots)
     cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
     alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
     rows, columns = linear_sum_assignment(np.hstack([cost, alone]))

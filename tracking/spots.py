@@ -47,7 +47,7 @@ class Spots:
 
     position_px: np.ndarray  # (c, 2) to a pixel
     strength: np.ndarray  # (c,) of the response, 1 where it is that of the marker looked for
-    other: np.ndarray | None = None  # (m, c) from 0 to 1: in the colour of another marker than each; None: all alike
+    mismatch: np.ndarray | None = None  # (m, c) from 0 to 1: in the hue of another marker than each; None: all alike
 
     def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
         """Return the spots at least that far from some places (o, 2)."""

@@ -24,7 +24,7 @@ _FADED = 0.5  # share of the contrast in its box below which a marker was not me
 _ODD = 1.3  # times the usual diameter from which on a box may hold more than its marker
 _NO_DISC = 0.5  # answer below which that is no disc of its diameter
 _CLEARER = 1.2  # times the contrast of all in the box that a marker of the usual size must have
-_SIZE_SPREAD = 0.25  # change of ln(size) up to which a marker has the usual diameter
+_USUAL = 0.25  # change of ln(size) up to which a marker has the usual diameter
 
 
 def look_in_boxes(
@@ -38,7 +38,7 @@ def look_in_boxes(
     if odd.any():  # the box holds more than the marker: is there one of the usual size in it?
         tight = replace(look, diameter_px=np.where(odd, usual_px, look.diameter_px))
         again, there = _refined(luma, centre_px, tight, box_px)
-        found = odd & (np.abs(np.log(again.diameter_px / usual_px)) < _SIZE_SPREAD)
+        found = odd & (np.abs(np.log(again.diameter_px / usual_px)) < _USUAL)
         found &= again.contrast > _FADED * np.median(look.contrast[common])
         no_disc = with_answer(luma, centres.position_px, look).answer < _NO_DISC
         found &= no_disc | (again.contrast > _CLEARER * look.contrast)

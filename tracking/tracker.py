@@ -13,8 +13,8 @@ from tracking.sighting import Assignment, Search, Sighting, assign
 from tracking.spots import Centres, Spots, Streaks, measure_centres
 from tracking.start_look import look_in_boxes, move_onto_dots, with_answer
 
-OF_ANOTHER = 0.5
-"""How much of the hue of another marker is seen where a place is not believed."""
+MISMATCH = 0.5
+"""A place that looks so much like another marker, by its hue, is not believed."""
 _SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
 _AGREES = 0.12  # diameters by which colour and brightness may put a marker apart
@@ -125,7 +125,7 @@ class MarkerTracker:
         if self.bright is not None and self.bright_start is not None:
             state |= {"bright_start": self.bright_start.as_array(), "bright": self.bright.as_array()}
         if self.colours is not None:
-            state["colours"] = self.colours.own
+            state["colours"] = self.colours.chroma
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -345,8 +345,8 @@ class MarkerTracker:
         confidence[seen] = np.exp(-0.5 * (size**2 + fade**2))
         spotted = seen & ~by_csrt & (chosen >= 0)
         confidence[spotted] *= np.clip(spots.strength[chosen[spotted]], 0, 1)
-        if spots.other is not None:
-            confidence[spotted] *= 1 - spots.other[spotted, chosen[spotted]]
+        if spots.mismatch is not None:
+            confidence[spotted] *= 1 - spots.mismatch[spotted, chosen[spotted]]
         confidence[by_csrt] = np.minimum(confidence[by_csrt], _CSRT_CONFIDENCE)
         return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
 
@@ -367,7 +367,7 @@ class MarkerTracker:
         if self.csrt is not None and not seen.all():
             answers = self.csrt.ask(search.luma, ~seen, self.look.diameter_px, position, search.taken_px)
             for marker, answer in answers.items():
-                other = search.other(answer[None])
-                if other is None or other[marker, 0] < OF_ANOTHER:
+                mismatch = search.mismatch(answer[None])
+                if mismatch is None or mismatch[marker, 0] < MISMATCH:
                     position[marker], held[marker] = answer, True
         return held

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracking.colours import MarkerColours
+from tracking.colours import MarkerColours, chroma_at
 from tracking.follow_video import Partial
 from tracking.tracker import MarkerTracker
 
@@ -33,7 +33,7 @@ def test_of_two_opposite_hues_each_is_the_others_in_any_shade(hue: float, shade:
     colours = told(hue_rad)
     assert colours is not None
 
-    found = colours.unlike(painted(hue_rad, 60 * np.array(shade)), PLACES, DIAMETER_PX)
+    found = colours.mismatch(chroma_at(painted(hue_rad, 60 * np.array(shade)), PLACES, DIAMETER_PX[:1]))
     other = (np.arange(5)[:, None] - np.arange(5)) % 2 == 1
     assert np.array_equal(found, other)
 
@@ -54,15 +54,15 @@ def test_a_glint_is_nobodys_and_a_marker_that_began_under_one_is_like_all(hue: f
     assert colours is not None
     assert begun_under is not None
 
-    assert not colours.unlike(painted(hue_rad, under_glint), PLACES, DIAMETER_PX)[:, which].any()
-    assert not begun_under.unlike(painted(hue_rad, np.full(5, 60.0)), PLACES, DIAMETER_PX)[which].any()
+    assert not colours.mismatch(chroma_at(painted(hue_rad, under_glint), PLACES, DIAMETER_PX[:1]))[:, which].any()
+    assert not begun_under.mismatch(chroma_at(painted(hue_rad, np.full(5, 60.0)), PLACES, DIAMETER_PX[:1]))[which].any()
 
 
 def test_places_beyond_the_picture_take_the_colour_at_its_rim() -> None:
     colours = told(np.array([0.0, np.pi, 0, np.pi, 0]))
     assert colours is not None
     beyond = np.array([[-40.0, -40.0], [400.0, 10.0]])
-    assert colours.unlike(painted(np.zeros(5), np.full(5, 60.0)), beyond, DIAMETER_PX).shape == (5, 2)
+    assert colours.mismatch(chroma_at(painted(np.zeros(5), np.full(5, 60.0)), beyond, DIAMETER_PX[:1])).shape == (5, 2)
 
 
 @given(hues)
@@ -71,7 +71,7 @@ def test_among_markers_of_their_own_hues_a_gray_one_is_on_none_of_theirs(hue: fl
     colours = MarkerColours.of_markers(painted(hue_rad, chroma), PLACES, DIAMETER_PX)
     assert colours is not None
 
-    own = colours.unlike(painted(hue_rad, chroma), PLACES, DIAMETER_PX)
+    own = colours.mismatch(chroma_at(painted(hue_rad, chroma), PLACES, DIAMETER_PX[:1]))
     assert np.array_equal(own[4], [1, 1, 1, 1, 0])
     assert not own.diagonal().any()
 
@@ -87,4 +87,4 @@ def test_interrupted_work_goes_on_with_the_colours_it_began_with(tmp_path: Path)
     assert kept is not None
     again = MarkerTracker.restored(kept).colours
     assert again is not None
-    assert np.array_equal(again.own, tracker.colours.own)
+    assert np.array_equal(again.chroma, tracker.colours.chroma)

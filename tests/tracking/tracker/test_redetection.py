@@ -8,8 +8,7 @@ import pytest
 
 from tests.tracking.tracker.test_real_dots import BLUE, DARK, GREEN, RED, YELLOW, Clip
 from tracking.appearance import measure_appearance
-from tracking.colours import MarkerColours
-from tracking.find_again import find_again
+from tracking.colours import MarkerColours, redetect
 
 PAINTS = np.array([GREEN, RED, BLUE, YELLOW, (200, 60, 200)], float)
 ROW = np.arange(5)[:, None] * [34.0, 0.0]
@@ -38,7 +37,7 @@ def sought(*bodies: np.ndarray, paints: np.ndarray = PAINTS) -> np.ndarray | Non
     look = measure_appearance(grey, start, np.full(5, 15.0))
     colours = MarkerColours.of_markers(yuv, start, look.diameter_px)
     assert colours is not None
-    return find_again(*picture(*bodies, paints=paints), colours, look, PAIRS, APART_PX)
+    return redetect(*picture(*bodies, paints=paints), colours, look, PAIRS, APART_PX)
 
 
 @pytest.mark.parametrize("seed", range(8))
